@@ -1,0 +1,148 @@
+//! What follows from `(Model, State)`: scratch of a step and results to look at afterwards.
+//!
+//! Nothing here has to be saved. All buffers reach their final size in the first step, so later steps do not
+//! allocate. Per-body arrays are indexed like `model.bodies`.
+
+use crate::math::{Mat3, Quat, Vec3, Vec6};
+use crate::model::Model;
+
+#[derive(Clone, Debug, Default)]
+pub struct Data {
+    // Kinematics: poses in the world.
+    pub xpos: Vec<Vec3>,
+    pub xquat: Vec<Quat>,
+    pub xmat: Vec<Mat3>,
+    /// Anchor (m) and unit axis of each joint in the world.
+    pub xanchor: Vec<Vec3>,
+    pub xaxis: Vec<Vec3>,
+    /// Poses of the geoms that take part in collisions; others are never computed.
+    pub geom_xpos: Vec<Vec3>,
+    pub geom_xmat: Vec<Mat3>,
+    /// How each body that has joints moves, as one rigid body (indexed by body; see [`Mover`]).
+    pub movers: Vec<Mover>,
+
+    // Smooth dynamics.
+    /// Velocity-dependent and gravity forces with a minus sign on the left of M a + bias = force (nv).
+    pub qfrc_bias: Vec<f64>,
+    /// Springs and dampers (nv).
+    pub qfrc_passive: Vec<f64>,
+    /// Actuators (nv).
+    pub qfrc_actuator: Vec<f64>,
+    /// Acceleration without contact and other constraint forces (nv).
+    pub qacc_smooth: Vec<f64>,
+    /// Inertia matrix, one dense row-major block per tree at `m_adr[tree]`; free trees have none.
+    pub qm: Vec<f64>,
+    /// Its Cholesky factor, same layout.
+    pub qld: Vec<f64>,
+    pub m_adr: Vec<usize>,
+
+    // Contacts.
+    pub contacts: Vec<Contact>,
+
+    // Result.
+    /// Acceleration (nv).
+    pub qacc: Vec<f64>,
+    /// Generalized force of contacts, limits and dry friction (nv).
+    pub qfrc_constraint: Vec<f64>,
+    pub counts: Counts,
+}
+
+/// A body as the contact laws see it: a twist at the centre of mass of the rigid body it belongs to.
+///
+/// Linear part in world axes; angular part in `axes`, the principal axes of a free body (so that its inverse
+/// inertia is the diagonal `minv`) and the world's axes otherwise.
+#[derive(Clone, Copy, Debug)]
+pub struct Mover {
+    /// Centre of mass, world, m.
+    pub com: Vec3,
+    /// Columns are the axes in which angular parts are expressed.
+    pub axes: Mat3,
+    /// Velocity: m/s, rad/s.
+    pub vel: Vec6,
+    /// J(com)·qacc_smooth: m/s², rad/s². Without the J̇·qvel term, as in MuJoCo.
+    pub acc: Vec6,
+    /// Diagonal of the inverse inertia of a free body (1/kg, 1/(kg m²)); unused for other bodies.
+    pub minv: Vec6,
+}
+
+impl Default for Mover {
+    fn default() -> Mover {
+        Mover {
+            com: Vec3::zeros(),
+            axes: Mat3::identity(),
+            vel: Vec6::zeros(),
+            acc: Vec6::zeros(),
+            minv: Vec6::zeros(),
+        }
+    }
+}
+
+/// One contact point of the current step.
+#[derive(Clone, Copy, Debug)]
+pub struct Contact {
+    pub geom: [u32; 2],
+    /// The bodies that move with the two geoms (`Body::weld`; 0 for what never moves).
+    pub body: [u32; 2],
+    /// Index into `model.mixes`.
+    pub mix: u32,
+    pub feature: u32,
+    /// m; negative in penetration.
+    pub dist: f64,
+    /// Midway between the surfaces, world, m.
+    pub pos: Vec3,
+    /// Rows: normal (from geom 0 to geom 1), two tangents.
+    pub frame: Mat3,
+    /// Force on geom 1: normal, two tangential (N); torsional, two rolling (N m); in `frame`. Zero until the
+    /// contact law has run.
+    pub force: [f64; 6],
+}
+
+/// What a step did: proof that it did no more than the scene requires.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Geom pairs handed to a collider.
+    pub pairs: usize,
+    pub contacts: usize,
+    /// Scalar constraint rows set up (contact directions, limits, dry friction).
+    pub rows: usize,
+    /// Linear systems solved by the contact law.
+    pub solves: usize,
+    /// Evaluations of the forces (RK4 has four a step).
+    pub forwards: usize,
+}
+
+impl Data {
+    pub fn new(model: &Model) -> Data {
+        let n = model.bodies.len();
+        let mut m_adr = Vec::with_capacity(model.trees.len());
+        let mut size = 0;
+        for tree in &model.trees {
+            m_adr.push(size);
+            if tree.free.is_none() {
+                size += tree.dofs.len() * tree.dofs.len();
+            }
+        }
+        let zeros = vec![0.0; model.nv];
+        Data {
+            xpos: vec![Vec3::zeros(); n],
+            xquat: vec![Quat::identity(); n],
+            xmat: vec![Mat3::identity(); n],
+            xanchor: vec![Vec3::zeros(); model.joints.len()],
+            xaxis: vec![Vec3::zeros(); model.joints.len()],
+            geom_xpos: vec![Vec3::zeros(); model.geoms.len()],
+            geom_xmat: vec![Mat3::identity(); model.geoms.len()],
+            movers: vec![Mover::default(); n],
+            qfrc_bias: zeros.clone(),
+            qfrc_passive: zeros.clone(),
+            qfrc_actuator: zeros.clone(),
+            qacc_smooth: zeros.clone(),
+            qm: vec![0.0; size],
+            qld: vec![0.0; size],
+            m_adr,
+            contacts: Vec::new(),
+            qacc: zeros.clone(),
+            qfrc_constraint: zeros,
+            counts: Counts::default(),
+        }
+    }
+}

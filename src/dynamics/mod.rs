@@ -1,0 +1,1 @@
+//! Dynamics without contact: one file a pass.

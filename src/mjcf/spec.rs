@@ -1,0 +1,224 @@
+//! The scene as written, typed: defaults merged, names checked, but nothing computed yet.
+//!
+//! Numbers keep the file's units (degrees or radians as `<compiler angle>` says); the compiler converts. Each
+//! item keeps the `node` it was read from, so that later problems can point at the file.
+
+use std::collections::BTreeMap;
+
+use super::document::NodeId;
+pub use crate::model::{ActuatorKind, Cone, GeomKind, JointKind};
+
+#[derive(Clone, Debug)]
+pub struct Spec {
+    pub model_name: String,
+    pub compiler: Compiler,
+    pub option: OptionSpec,
+    /// `<flag>`: name to enabled, all flags, defaults filled in.
+    pub flags: BTreeMap<&'static str, bool>,
+    pub world: Body,
+    pub pairs: Vec<Pair>,
+    pub excludes: Vec<Exclude>,
+    pub actuators: Vec<Actuator>,
+    pub keyframes: Vec<Keyframe>,
+    pub numerics: Vec<Numeric>,
+    pub texts: Vec<Text>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Compiler {
+    /// `angle="degree"` (MJCF's default) or radian.
+    pub degree: bool,
+    /// Three of xyzXYZ.
+    pub eulerseq: [u8; 3],
+    pub autolimits: bool,
+    /// `None` is "auto".
+    pub inertiafromgeom: Option<bool>,
+    pub inertiagrouprange: [i32; 2],
+    pub balanceinertia: bool,
+    pub boundmass: f64,
+    pub boundinertia: f64,
+    /// −1: leave masses alone.
+    pub settotalmass: f64,
+    pub alignfree: bool,
+    pub discardvisual: bool,
+    pub fusestatic: bool,
+}
+
+/// `<option>`, defaults filled in. Attributes that Penny cannot honour were reported by the reader.
+#[derive(Clone, Debug)]
+pub struct OptionSpec {
+    pub node: Option<NodeId>,
+    pub timestep: f64,
+    pub gravity: [f64; 3],
+    /// The keyword.
+    pub integrator: String,
+    pub cone: Cone,
+    pub impratio: f64,
+    pub tolerance: f64,
+    pub iterations: usize,
+    /// Contact override (`<flag override>`): used only when that flag is enabled.
+    pub o_margin: f64,
+    pub o_solref: [f64; 2],
+    pub o_solimp: [f64; 5],
+    pub o_friction: [f64; 5],
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Body {
+    pub node: NodeId,
+    pub name: Option<String>,
+    pub pose: Pose,
+    pub inertial: Option<Inertial>,
+    pub joints: Vec<Joint>,
+    pub geoms: Vec<Geom>,
+    /// Child bodies in file order. `<frame>` elements are already gone: their poses are in `Pose::frames`.
+    pub children: Vec<Body>,
+    pub mocap: bool,
+    pub gravcomp: f64,
+}
+
+/// `pos` and at most one orientation, in the enclosing body after all `frames`.
+#[derive(Clone, Debug, Default)]
+pub struct Pose {
+    pub pos: [f64; 3],
+    pub orientation: Orientation,
+    /// Poses of the `<frame>` elements around this one, outermost first; each has no frames of its own.
+    pub frames: Vec<Pose>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Orientation {
+    #[default]
+    None,
+    Quat([f64; 4]),
+    AxisAngle([f64; 4]),
+    XyAxes([f64; 6]),
+    ZAxis([f64; 3]),
+    Euler([f64; 3]),
+}
+
+#[derive(Clone, Debug)]
+pub struct Inertial {
+    pub node: NodeId,
+    pub pos: [f64; 3],
+    pub orientation: Orientation,
+    pub mass: f64,
+    pub diaginertia: Option<[f64; 3]>,
+    /// M11 M22 M33 M12 M13 M23
+    pub fullinertia: Option<[f64; 6]>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Joint {
+    pub node: NodeId,
+    pub name: Option<String>,
+    pub kind: JointKind,
+    pub pos: [f64; 3],
+    pub axis: [f64; 3],
+    pub springref: f64,
+    pub reference: f64,
+    pub stiffness: f64,
+    pub damping: f64,
+    pub armature: f64,
+    pub frictionloss: f64,
+    pub range: Option<[f64; 2]>,
+    /// `None` is "auto".
+    pub limited: Option<bool>,
+    pub margin: f64,
+    pub solreflimit: [f64; 2],
+    pub solimplimit: [f64; 5],
+    pub solreffriction: [f64; 2],
+    pub solimpfriction: [f64; 5],
+    /// `<frame>`s around the joint, outermost first (they move its anchor and axis).
+    pub frames: Vec<Pose>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Geom {
+    pub node: NodeId,
+    pub name: Option<String>,
+    pub kind: GeomKind,
+    pub pose: Pose,
+    pub fromto: Option<[f64; 6]>,
+    /// As many numbers as were given: 0 to 3.
+    pub size: Vec<f64>,
+    pub mass: Option<f64>,
+    pub density: f64,
+    pub shellinertia: bool,
+    pub contype: u32,
+    pub conaffinity: u32,
+    pub condim: usize,
+    pub group: i32,
+    pub priority: i32,
+    pub friction: [f64; 3],
+    pub solmix: f64,
+    pub solref: [f64; 2],
+    pub solimp: [f64; 5],
+    pub margin: f64,
+    pub gap: f64,
+    pub rgba: [f32; 4],
+}
+
+/// `<contact><pair>`
+#[derive(Clone, Debug)]
+pub struct Pair {
+    pub node: NodeId,
+    pub geom1: String,
+    pub geom2: String,
+    pub condim: usize,
+    pub friction: [f64; 5],
+    pub solref: [f64; 2],
+    /// As MuJoCo: (0, 0) means "as solref".
+    pub solreffriction: [f64; 2],
+    pub solimp: [f64; 5],
+    pub margin: f64,
+    pub gap: f64,
+}
+
+/// `<contact><exclude>`
+#[derive(Clone, Debug)]
+pub struct Exclude {
+    pub node: NodeId,
+    pub body1: String,
+    pub body2: String,
+}
+
+#[derive(Clone, Debug)]
+pub struct Actuator {
+    pub node: NodeId,
+    pub name: Option<String>,
+    pub kind: ActuatorKind,
+    pub joint: String,
+    pub gear: [f64; 6],
+    pub ctrlrange: Option<[f64; 2]>,
+    pub ctrllimited: Option<bool>,
+    pub forcerange: Option<[f64; 2]>,
+    pub forcelimited: Option<bool>,
+    /// force = gain · ctrl + bias · (1, length, velocity)
+    pub gain: f64,
+    pub bias: [f64; 3],
+}
+
+#[derive(Clone, Debug)]
+pub struct Keyframe {
+    pub node: NodeId,
+    pub name: Option<String>,
+    pub time: f64,
+    pub qpos: Option<Vec<f64>>,
+    pub qvel: Option<Vec<f64>>,
+    pub ctrl: Option<Vec<f64>>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Numeric {
+    pub node: NodeId,
+    pub name: String,
+    pub data: Vec<f64>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Text {
+    pub node: NodeId,
+    pub name: String,
+    pub data: String,
+}

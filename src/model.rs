@@ -1,0 +1,323 @@
+//! What the world is: the compiled, immutable scene, in SI units and radians.
+//!
+//! Field names are MuJoCo's. Bodies, joints, dofs and geoms are numbered in MuJoCo's depth-first order, so
+//! `qpos`, `qvel` and contact lists compare element by element. Body 0 is the world.
+//! A `Model` is valid by construction: whatever could be wrong was reported by [`crate::compile`].
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use crate::collision::Collider;
+use crate::math::{Mat3, Quat, Vec3};
+
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub name: String,
+    pub nq: usize,
+    pub nv: usize,
+    pub opt: Options,
+    pub bodies: Vec<Body>,
+    pub joints: Vec<Joint>,
+    pub dofs: Vec<Dof>,
+    pub geoms: Vec<Geom>,
+    pub actuators: Vec<Actuator>,
+    /// The moving parts of the scene; what is in no tree never moves.
+    pub trees: Vec<Tree>,
+    /// Geom pairs that can touch, in MuJoCo's contact order.
+    pub pairs: Pairs,
+    /// Contact parameters that occur, each once; [`Pair::mix`] and `Contact::mix` point here.
+    pub mixes: Vec<Mix>,
+    pub keyframes: Vec<Keyframe>,
+    /// `<custom>`: numbers and texts by name.
+    pub numerics: BTreeMap<String, Vec<f64>>,
+    pub texts: BTreeMap<String, String>,
+    /// The tutorial law's parameters, from `<custom>` numerics `penny.*`.
+    pub tutorial: TutorialParams,
+    /// Position at which joints are at their `ref` and free bodies at their body pose.
+    pub qpos0: Vec<f64>,
+}
+
+/// `<option>` and `<flag>`, as far as they change what a supported scene does.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// s
+    pub timestep: f64,
+    /// m/s²
+    pub gravity: Vec3,
+    /// The MJCF keyword: `Euler`, `RK4`, `implicit`, `implicitfast`, `discrete`.
+    pub integrator: String,
+    pub cone: Cone,
+    /// Ratio of friction to normal impedance of elliptic contacts.
+    pub impratio: f64,
+    /// Solver of the `mujoco` law: scaled improvement at which it stops; 0 means to rounding.
+    pub tolerance: f64,
+    pub iterations: usize,
+    pub flags: Flags,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cone {
+    Pyramidal,
+    Elliptic,
+}
+
+/// `<flag>`: true means enabled.
+#[derive(Clone, Debug)]
+pub struct Flags {
+    pub constraint: bool,
+    pub frictionloss: bool,
+    pub limit: bool,
+    pub contact: bool,
+    pub spring: bool,
+    pub damper: bool,
+    pub gravity: bool,
+    pub clampctrl: bool,
+    pub warmstart: bool,
+    pub filterparent: bool,
+    pub actuation: bool,
+    pub refsafe: bool,
+    pub eulerdamp: bool,
+    pub diagexact: bool,
+}
+
+#[derive(Clone, Debug)]
+pub struct Body {
+    pub name: String,
+    pub parent: usize,
+    /// Pose in the parent's frame: m, unit quaternion.
+    pub pos: Vec3,
+    pub quat: Quat,
+    /// Inertial frame in the body's frame.
+    pub ipos: Vec3,
+    pub iquat: Quat,
+    /// kg
+    pub mass: f64,
+    /// Principal moments in the inertial frame, kg m².
+    pub inertia: Vec3,
+    pub joints: Range<usize>,
+    pub dofs: Range<usize>,
+    pub geoms: Range<usize>,
+    /// The body whose joints move this one: itself if it has joints, else its nearest ancestor that has;
+    /// 0 for whatever is fixed to the world. (MuJoCo's `body_weldid`.)
+    pub weld: usize,
+    /// Index into [`Model::trees`]; `None` for what never moves.
+    pub tree: Option<usize>,
+    /// Mean inverse mass (1/kg) and mean inverse inertia (1/(kg m²)) seen at the COM in `qpos0`.
+    pub invweight0: [f64; 2],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JointKind {
+    Free,
+    Ball,
+    Slide,
+    Hinge,
+}
+
+impl JointKind {
+    /// Numbers of this joint in `qpos`.
+    pub fn nq(self) -> usize {
+        match self {
+            JointKind::Free => 7,
+            JointKind::Ball => 4,
+            JointKind::Slide | JointKind::Hinge => 1,
+        }
+    }
+    /// Degrees of freedom: numbers of this joint in `qvel`.
+    pub fn nv(self) -> usize {
+        match self {
+            JointKind::Free => 6,
+            JointKind::Ball => 3,
+            JointKind::Slide | JointKind::Hinge => 1,
+        }
+    }
+}
+
+#[derive(Clone, Debug)]
+pub struct Joint {
+    pub name: String,
+    pub kind: JointKind,
+    pub body: usize,
+    /// Anchor in the body's frame (m) and unit axis.
+    pub pos: Vec3,
+    pub axis: Vec3,
+    pub qposadr: usize,
+    pub dofadr: usize,
+    /// N/m or N m/rad, about `springref` (m or rad; for ball and free joints `qpos0` is the reference).
+    pub stiffness: f64,
+    pub springref: f64,
+    /// m or rad; for a ball joint `range[1]` is the largest rotation angle.
+    pub range: Option<[f64; 2]>,
+    pub margin: f64,
+    pub solref_limit: [f64; 2],
+    pub solimp_limit: [f64; 5],
+    pub solref_friction: [f64; 2],
+    pub solimp_friction: [f64; 5],
+}
+
+/// One degree of freedom.
+#[derive(Clone, Debug)]
+pub struct Dof {
+    pub joint: usize,
+    pub body: usize,
+    /// N s/m or N m s/rad
+    pub damping: f64,
+    /// Added to the diagonal of the inertia matrix: kg or kg m².
+    pub armature: f64,
+    /// Dry friction, N or N m.
+    pub frictionloss: f64,
+    /// Diagonal of M⁻¹ at `qpos0` (for free and ball joints the mean of each block of three).
+    pub invweight0: f64,
+}
+
+/// In MuJoCo's order: in a contact the geom of lower kind comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum GeomKind {
+    Plane,
+    Sphere,
+    Capsule,
+    Ellipsoid,
+    Cylinder,
+    Box,
+}
+
+#[derive(Clone, Debug)]
+pub struct Geom {
+    pub name: String,
+    pub kind: GeomKind,
+    pub body: usize,
+    /// Pose in the body's frame.
+    pub pos: Vec3,
+    pub quat: Quat,
+    /// Sphere: radius. Capsule, cylinder: radius, half-length. Box, ellipsoid: half-sizes. Plane: half-sizes,
+    /// grid spacing (drawing only). m.
+    pub size: Vec3,
+    /// Radius of a sphere about the geom's centre that holds all of it; 0 for planes. m.
+    pub rbound: f64,
+    pub contype: u32,
+    pub conaffinity: u32,
+    pub condim: usize,
+    pub group: i32,
+    pub priority: i32,
+    /// Sliding (1), torsional (m), rolling (m).
+    pub friction: [f64; 3],
+    pub solmix: f64,
+    pub solref: [f64; 2],
+    pub solimp: [f64; 5],
+    pub margin: f64,
+    pub gap: f64,
+    pub rgba: [f32; 4],
+}
+
+/// A kinematic tree: bodies that hang together by joints, apart from the world.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    pub bodies: Range<usize>,
+    pub dofs: Range<usize>,
+    pub qpos: Range<usize>,
+    /// `Some` if the tree is one rigid body on a free joint: then everything has a closed form.
+    pub free: Option<FreeBody>,
+    /// Whether any joint of the tree can turn a body.
+    pub rotates: bool,
+}
+
+/// A free body and all that is welded to it, as one rigid body.
+#[derive(Clone, Debug)]
+pub struct FreeBody {
+    /// kg
+    pub mass: f64,
+    /// Centre of mass in the body's frame, m.
+    pub com: Vec3,
+    /// Principal axes: columns are the axes, in the body's frame.
+    pub axes: Mat3,
+    /// Principal moments, kg m².
+    pub inertia: Vec3,
+}
+
+/// Which geom pairs a step looks at.
+#[derive(Clone, Debug, Default)]
+pub struct Pairs {
+    /// All of them, in contact order, when they are few; otherwise those that a sweep cannot find
+    /// (planes against everything, `<contact><pair>`).
+    pub listed: Vec<Pair>,
+    /// Many geoms: the geoms among which a broad phase looks for pairs in each step. Empty when all are listed.
+    pub swept: Vec<usize>,
+    /// Body pairs (low, high) that never collide, by `<exclude>`. Sorted.
+    pub excluded: Vec<(usize, usize)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    /// Lower geom kind first.
+    pub geom: [usize; 2],
+    pub collider: Collider,
+    pub mix: usize,
+}
+
+/// Parameters of a contact, mixed from its two geoms or given by `<contact><pair>`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mix {
+    /// 1, 3, 4 or 6
+    pub condim: usize,
+    /// Two sliding (1), one torsional (m), two rolling (m); each at least 1e-5.
+    pub friction: [f64; 5],
+    pub solref: [f64; 2],
+    /// Reference of the friction rows; equals `solref` unless a `<pair>` gives its own.
+    pub solreffriction: [f64; 2],
+    pub solimp: [f64; 5],
+    /// A contact is found when dist ≤ margin + gap, and pushes when dist < margin. m.
+    pub margin: f64,
+    pub gap: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ActuatorKind {
+    Motor,
+    Position,
+    Velocity,
+    General,
+}
+
+/// A force on one joint: force = gain · ctrl + bias · (1, length, velocity), times gear.
+#[derive(Clone, Debug)]
+pub struct Actuator {
+    pub name: String,
+    pub kind: ActuatorKind,
+    pub joint: usize,
+    pub gear: [f64; 6],
+    pub ctrlrange: Option<[f64; 2]>,
+    pub forcerange: Option<[f64; 2]>,
+    pub gain: f64,
+    pub bias: [f64; 3],
+}
+
+#[derive(Clone, Debug)]
+pub struct Keyframe {
+    pub name: String,
+    pub time: f64,
+    pub qpos: Vec<f64>,
+    pub qvel: Vec<f64>,
+    pub ctrl: Vec<f64>,
+}
+
+/// `<custom>` numerics `penny.k` and so on; `None` where the scene gives none.
+#[derive(Clone, Debug, Default)]
+pub struct TutorialParams {
+    /// N/m
+    pub k: Option<f64>,
+    /// N s/m
+    pub c: Option<f64>,
+    /// s/m
+    pub alpha: Option<f64>,
+    /// Sliding coefficient instead of the geoms'.
+    pub mu: Option<f64>,
+    /// Rolling coefficient (m) instead of the geoms'.
+    pub mu_roll: Option<f64>,
+}
+
+impl Model {
+    /// The scene's own contact law, from `<custom><text name="penny.contact">`, if it names one.
+    pub fn contact_law(&self) -> Option<&str> {
+        self.texts.get("penny.contact").map(String::as_str)
+    }
+}

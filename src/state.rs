@@ -1,0 +1,47 @@
+//! All that is needed to resume a simulation bit for bit.
+
+use crate::math::Vec6;
+use crate::model::Model;
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// s
+    pub time: f64,
+    /// (nq)
+    pub qpos: Vec<f64>,
+    /// (nv)
+    pub qvel: Vec<f64>,
+    /// (number of actuators)
+    pub ctrl: Vec<f64>,
+    /// Force (N) and torque (N m) on each body at its centre of mass, world axes (nbody); or empty: none.
+    pub xfrc_applied: Vec<Vec6>,
+    /// Acceleration of the last step (nv): where the `mujoco` law's solver starts.
+    pub qacc_warmstart: Vec<f64>,
+    /// Contact forces of the last step: where the `penalty` law starts.
+    pub warm: Vec<Warm>,
+}
+
+/// The force of one contact, remembered by what touches, not by its place in the list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Warm {
+    pub geom: [u32; 2],
+    /// Which corner, end or edge point touches.
+    pub feature: u32,
+    /// Normal, two tangential (N); torsional, two rolling (N m); in the contact's frame.
+    pub force: [f64; 6],
+}
+
+impl State {
+    /// The scene at rest in `qpos0`.
+    pub fn new(model: &Model) -> State {
+        State {
+            time: 0.0,
+            qpos: model.qpos0.clone(),
+            qvel: vec![0.0; model.nv],
+            ctrl: vec![0.0; model.actuators.len()],
+            xfrc_applied: Vec::new(),
+            qacc_warmstart: vec![0.0; model.nv],
+            warm: Vec::new(),
+        }
+    }
+}

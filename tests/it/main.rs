@@ -1,0 +1,11 @@
+//! All integration tests in one binary: linking costs more than running.
+
+mod bad_input;
+mod cli;
+mod collision;
+mod compile;
+mod models;
+mod mujoco_law;
+mod penalty;
+mod smooth;
+mod tutorial;
