@@ -124,6 +124,8 @@ pub struct Joint {
     pub range: Option<[f64; 2]>,
     /// `None` is "auto".
     pub limited: Option<bool>,
+    /// `<freejoint align>`; `None` leaves it to `<compiler alignfree>`.
+    pub align: Option<bool>,
     pub margin: f64,
     pub solreflimit: [f64; 2],
     pub solimplimit: [f64; 5],
@@ -197,6 +199,8 @@ pub struct Actuator {
     /// force = gain · ctrl + bias · (1, length, velocity)
     pub gain: f64,
     pub bias: [f64; 3],
+    /// `<position dampratio>`, if not 0: the compiler sets bias[2] = −2 dampratio √(gain · inertia at the joint).
+    pub dampratio: Option<f64>,
 }
 
 #[derive(Clone, Debug)]
