@@ -145,28 +145,66 @@ pub enum ProblemKind {
     Conflict { element: String, one: String, other: String },
     #[error("the orientation has no effect beside `fromto`")]
     OrientationLost,
-    #[error("the `{attribute}` of this {element} has no direction: {why}")]
-    NoDirection { element: String, attribute: String, why: String },
     #[error("the world cannot have a `{element}`")]
     NotInWorld { element: String },
     #[error("a free joint must belong to a body directly in `worldbody`")]
     FreeJointNested,
     #[error("a free joint must be its body's only joint")]
     FreeJointNotAlone,
-    #[error("a joint that turns cannot follow a ball joint in the same body")]
-    BallThenRotation,
-    #[error("the joints of this body have {dofs} degrees of freedom; a body can have 6")]
-    TooManyDofs { dofs: usize },
-    #[error("`fromto` needs a capsule, cylinder, box or ellipsoid, not a {shape}")]
-    FromtoShape { shape: String },
-    #[error("`{limited}` is true, but `{range}` does not increase")]
-    EmptyRange { range: String, limited: String },
-    #[error("`{range}` limits nothing, because it does not increase")]
-    RangeLost { range: String },
-    #[error("`{range}` is given without `{limited}`, and `autolimits` is off")]
-    LimitedUnclear { range: String, limited: String },
+    #[error("`range` limits nothing, because it does not increase")]
+    RangeLost,
     #[error("`{attribute}` mixes the two formats: {value}")]
     MixedSolref { attribute: String, value: String },
+
+    // What only shows when the scene is put together (reported by `compile`).
+    #[error("the `{attribute}` of this {element} has no direction: {why}")]
+    NoDirection { element: String, attribute: String, why: String },
+    #[error("a {shape} needs {needs} numbers in `size`, but has {given}")]
+    SizeMissing { shape: &'static str, needs: usize, given: usize },
+    #[error("the {what} of a {shape} must be above zero, not {value}")]
+    SizeNotPositive { shape: &'static str, what: &'static str, value: f64 },
+    #[error("a {shape} cannot be placed by `fromto`")]
+    FromtoShape { shape: &'static str },
+    #[error("a plane cannot move, but {body} does")]
+    PlaneMoves { body: String },
+    #[error("a body can have 6 degrees of freedom, but the joints of this one have {dofs}")]
+    TooManyDofs { dofs: usize },
+    #[error("a joint that turns cannot follow a ball joint of the same body")]
+    TurnAfterBall,
+    #[error("the motions that the joints allow are not independent")]
+    JointsDependent,
+    #[error("`range` is given, but nothing says that it applies")]
+    RangeWithoutLimited,
+    #[error("the range of a ball joint starts at 0, not {low}")]
+    BallRangeStart { low: f64 },
+    #[error("the range {low} to {high} is empty")]
+    RangeEmpty { low: f64, high: f64 },
+    #[error("limited, but without a range")]
+    LimitedWithoutRange,
+    #[error("`{attribute}` must not be negative, but is {value}")]
+    NegativeMass { attribute: &'static str, value: f64 },
+    #[error("{body} moves, but has no mass")]
+    MovingWithoutMass { body: String },
+    #[error("{body} moves, but has no inertia")]
+    MovingWithoutInertia { body: String },
+    #[error("no rigid body has the principal moments {a}, {b}, {c}")]
+    InertiaImpossible { a: f64, b: f64, c: f64 },
+    #[error("no rigid body has this inertia: one of its principal moments is {moment}")]
+    InertiaNotPositive { moment: f64 },
+    #[error("no {of} is named `{name}`")]
+    NoSuchName { of: &'static str, name: String },
+    #[error("a geom cannot touch itself")]
+    PairOfOne,
+    #[error("these two geoms are a `<pair>` already")]
+    PairTwice,
+    #[error("this pair can never do anything")]
+    PairAtRest,
+    #[error("Penny cannot find contacts between {first} and {second}")]
+    NoCollider { first: &'static str, second: &'static str },
+    #[error("`{attribute}` of this scene has {needs} numbers, but the keyframe gives {given}")]
+    KeyframeCount { attribute: &'static str, needs: usize, given: usize },
+    #[error("`{name}` must be one number, zero or more")]
+    NotOneCoefficient { name: String },
 }
 
 impl ProblemKind {
@@ -216,24 +254,44 @@ impl ProblemKind {
             SeveralOrientations { .. } => "several-orientations",
             Conflict { .. } => "conflict",
             OrientationLost => "orientation-lost",
-            NoDirection { .. } => "no-direction",
             NotInWorld { .. } => "not-in-world",
             FreeJointNested => "free-joint-nested",
             FreeJointNotAlone => "free-joint-not-alone",
-            BallThenRotation => "ball-then-rotation",
-            TooManyDofs { .. } => "too-many-dofs",
-            FromtoShape { .. } => "fromto-shape",
-            EmptyRange { .. } => "empty-range",
-            RangeLost { .. } => "range-lost",
-            LimitedUnclear { .. } => "limited-unclear",
+            RangeLost => "range-lost",
             MixedSolref { .. } => "mixed-solref",
+            NoDirection { .. } => "no-direction",
+            SizeMissing { .. } => "size-missing",
+            SizeNotPositive { .. } => "size-not-positive",
+            FromtoShape { .. } => "fromto-shape",
+            PlaneMoves { .. } => "plane-moves",
+            TooManyDofs { .. } => "too-many-dofs",
+            TurnAfterBall => "turn-after-ball",
+            JointsDependent => "joints-dependent",
+            RangeWithoutLimited => "range-without-limited",
+            BallRangeStart { .. } => "ball-range-start",
+            RangeEmpty { .. } => "range-empty",
+            LimitedWithoutRange => "limited-without-range",
+            NegativeMass { .. } => "negative-mass",
+            MovingWithoutMass { .. } => "moving-without-mass",
+            MovingWithoutInertia { .. } => "moving-without-inertia",
+            InertiaImpossible { .. } => "inertia-impossible",
+            InertiaNotPositive { .. } => "inertia-not-positive",
+            NoSuchName { .. } => "no-such-name",
+            PairOfOne => "pair-of-one",
+            PairTwice => "pair-twice",
+            PairAtRest => "pair-at-rest",
+            NoCollider { .. } => "no-collider",
+            KeyframeCount { .. } => "keyframe-count",
+            NotOneCoefficient { .. } => "not-one-coefficient",
         }
     }
 
     pub fn severity(&self) -> Severity {
         use ProblemKind::*;
         match self {
-            StrayText | Ignored { .. } | OrientationLost | RangeLost { .. } | MixedSolref { .. } => Severity::Warning,
+            StrayText | Ignored { .. } | OrientationLost | RangeLost | PairAtRest | MixedSolref { .. } => {
+                Severity::Warning
+            }
             _ => Severity::Error,
         }
     }

@@ -11,9 +11,6 @@ use super::schema::{self, Element};
 use super::spec::*;
 use super::suggest::nearest;
 
-/// Shorter directions than this are none (MuJoCo's `mjEPS`).
-const MIN_LENGTH: f64 = 1e-14;
-
 /// Reads the scene below the `mujoco` element.
 pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> Spec {
     let sections = |name: &str| -> Vec<NodeId> {
@@ -255,7 +252,7 @@ impl Reader<'_> {
                     let problem = Problem::new(kind, self.document.span(child));
                     self.problems.push(problem.help("put it into a `<body>`"));
                 }
-                "inertial" => body.inertial = self.inertial(child).or(body.inertial.take()),
+                "inertial" => body.inertial = self.inertial(child, context).or(body.inertial.take()),
                 "joint" => self.joint(child, body, context),
                 "freejoint" => self.freejoint(child, body, context),
                 "geom" => {
@@ -296,7 +293,7 @@ impl Reader<'_> {
         self.children(node, body, &Context { class, frames: &frames, depth: context.depth });
     }
 
-    fn inertial(&mut self, node: NodeId) -> Option<Inertial> {
+    fn inertial(&mut self, node: NodeId, context: &Context) -> Option<Inertial> {
         let item = self.item(node, "body", MAIN)?;
         self.one_orientation(node);
         if item.given("fullinertia") {
@@ -312,6 +309,7 @@ impl Reader<'_> {
             mass: item.number("mass"),
             diaginertia: item.optional("diaginertia"),
             fullinertia: item.optional("fullinertia"),
+            frames: context.frames.to_vec(),
         })
     }
 
@@ -332,26 +330,15 @@ impl Reader<'_> {
                 self.problems.push(Problem::new(kind, self.document.value_span(node, name)).help("give one number"));
             }
         }
-        let axis: [f64; 3] = item.array("axis");
-        if matches!(kind, JointKind::Hinge | JointKind::Slide) && length(&axis) < MIN_LENGTH {
-            self.no_direction(node, "axis", "it is zero");
-        }
-        if matches!(kind, JointKind::Hinge | JointKind::Slide | JointKind::Ball) {
-            self.limits(&item, "range", "limited");
-        }
-        if kind == JointKind::Ball
-            && let Some([low, _]) = item.optional::<2>("range").filter(|r| r[0] < r[1] && r[0] != 0.0)
-        {
-            let rule = "0 first: a ball joint limits its angle from 0 on".to_string();
-            let kind = ProblemKind::OutOfRange { attribute: "range".into(), rule, word: low.to_string() };
-            self.report(kind, self.document.value_span(node, "range"));
+        if kind != JointKind::Free {
+            self.limits(&item);
         }
         let joint = Joint {
             node,
             name: item.name(),
             kind,
             pos: item.array("pos"),
-            axis,
+            axis: item.array("axis"),
             springref: item.number("springref"),
             reference: item.number("ref"),
             stiffness: item.number("stiffness"),
@@ -411,16 +398,8 @@ impl Reader<'_> {
         }
         if let Some(first) = body.joints.first() {
             let first_span = self.document.span(first.node);
-            let ball_before = body.joints.iter().any(|j| j.kind == JointKind::Ball);
-            let dofs: usize = body.joints.iter().map(|j| j.kind.nv()).sum::<usize>() + joint.kind.nv();
             if joint.kind == JointKind::Free || first.kind == JointKind::Free {
                 let problem = Problem::new(ProblemKind::FreeJointNotAlone, span);
-                self.problems.push(problem.related(first_span, "first joint here"));
-            } else if ball_before && matches!(joint.kind, JointKind::Ball | JointKind::Hinge) {
-                let problem = Problem::new(ProblemKind::BallThenRotation, span);
-                self.problems.push(problem.related(first_span, "first joint here"));
-            } else if dofs > 6 {
-                let problem = Problem::new(ProblemKind::TooManyDofs { dofs }, span);
                 self.problems.push(problem.related(first_span, "first joint here"));
             }
         }
@@ -434,7 +413,7 @@ impl Reader<'_> {
         self.one_orientation(node);
         let kind = self.geom_kind(&item)?;
         if item.given("fromto") {
-            self.fromto(&item, kind);
+            self.fromto(&item);
         }
         let size: Vec<f64> = item.numbers("size");
         Some(Geom {
@@ -491,17 +470,8 @@ impl Reader<'_> {
         None
     }
 
-    fn fromto(&mut self, item: &Item, kind: GeomKind) {
+    fn fromto(&mut self, item: &Item) {
         let node = item.node;
-        if matches!(kind, GeomKind::Sphere | GeomKind::Plane) {
-            let kind = ProblemKind::FromtoShape { shape: item.word("type").to_string() };
-            self.report(kind, self.document.name_span(node, "fromto"));
-            return;
-        }
-        let [a, b, c, d, e, f] = item.array("fromto");
-        if length(&[d - a, e - b, f - c]) < MIN_LENGTH {
-            self.no_direction(node, "fromto", "its two points coincide");
-        }
         if item.array("pos") != [0.0; 3] {
             self.conflict(node, "fromto", "pos", "`fromto` says where the geom is");
         }
@@ -513,7 +483,7 @@ impl Reader<'_> {
 
     // Rules shared by several elements.
 
-    /// At most one orientation in the element itself, and one that is a direction.
+    /// At most one orientation in the element itself.
     fn one_orientation(&mut self, node: NodeId) {
         let mut own = self.document.node(node).attributes.iter().filter(|a| ORIENTATIONS.contains(&a.name.as_str()));
         let Some(first) = own.next() else {
@@ -524,28 +494,6 @@ impl Reader<'_> {
             let problem = Problem::new(kind, second.name_span);
             self.problems.push(problem.related(first.name_span, "first one here"));
         }
-        let Some(v) = super::check::floats(&first.value) else {
-            return;
-        };
-        let why = match (first.name.as_str(), v.as_slice()) {
-            ("quat", v) if v.len() == 4 && length(v) < MIN_LENGTH => "it is zero",
-            ("zaxis", v) if v.len() == 3 && length(v) < MIN_LENGTH => "it is zero",
-            ("axisangle", &[x, y, z, _]) if length(&[x, y, z]) < MIN_LENGTH => "its axis is zero",
-            ("xyaxes", v) if v.len() == 6 && length(&v[..3]) < MIN_LENGTH => "its x-axis is zero",
-            ("xyaxes", &[a, b, c, d, e, f])
-                if length(&[b * f - c * e, c * d - a * f, a * e - b * d]) < MIN_LENGTH * length(&[a, b, c]) =>
-            {
-                "its y-axis is parallel to its x-axis"
-            }
-            _ => return,
-        };
-        self.no_direction(node, &first.name, why);
-    }
-
-    fn no_direction(&mut self, node: NodeId, attribute: &str, why: &str) {
-        let element = self.document.node(node).name.clone();
-        let kind = ProblemKind::NoDirection { element, attribute: attribute.into(), why: why.into() };
-        self.report(kind, self.document.value_span(node, attribute));
     }
 
     fn conflict(&mut self, node: NodeId, one: &str, other: &str, help: &str) {
@@ -555,19 +503,13 @@ impl Reader<'_> {
     }
 
     /// A range that must limit has to increase; one that may limit and does not increase is lost.
-    fn limits(&mut self, item: &Item, range: &str, limited: &str) {
-        let [low, high] = item.array(range);
-        let span = self.document.value_span(item.node, range);
-        match item.maybe(limited) {
-            Some(true) if low >= high => {
-                self.report(ProblemKind::EmptyRange { range: range.into(), limited: limited.into() }, span);
-            }
-            None if !self.autolimits && item.given(range) && low < high => {
-                let kind = ProblemKind::LimitedUnclear { range: range.into(), limited: limited.into() };
-                self.report(kind, span);
-            }
-            None if low > high && self.document.attribute(item.node, range).is_some() => {
-                self.report(ProblemKind::RangeLost { range: range.into() }, span);
+    fn limits(&mut self, item: &Item) {
+        let [low, high] = item.array("range");
+        let span = self.document.value_span(item.node, "range");
+        match item.maybe("limited") {
+            Some(true) if low >= high => self.report(ProblemKind::RangeEmpty { low, high }, span),
+            None if low > high && self.document.attribute(item.node, "range").is_some() => {
+                self.report(ProblemKind::RangeLost, span);
             }
             _ => {}
         }
@@ -661,12 +603,6 @@ impl Reader<'_> {
             "velocity" => (ActuatorKind::Velocity, kv, [0.0, 0.0, -kv]),
             _ => (ActuatorKind::General, item.array::<10>("gainprm")[0], self.bias(&item)),
         };
-        let dampratio = Some(item.number("dampratio")).filter(|&d| kind == ActuatorKind::Position && d != 0.0);
-        if dampratio.is_some() && kv != 0.0 {
-            self.conflict(node, "kv", "dampratio", "they are two ways to give the same damping");
-        }
-        self.limits(&item, "ctrlrange", "ctrllimited");
-        self.limits(&item, "forcerange", "forcelimited");
         if item.word("joint").is_empty()
             && !item.row.typed_attributes().any(|c| targets_other(c.name) && item.given(c.name))
         {
@@ -685,7 +621,6 @@ impl Reader<'_> {
             forcelimited: item.maybe("forcelimited"),
             gain,
             bias,
-            dampratio,
         })
     }
 
@@ -740,8 +675,4 @@ fn keyframe(item: &Item) -> Keyframe {
         qvel: list("qvel"),
         ctrl: list("ctrl"),
     }
-}
-
-fn length(v: &[f64]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

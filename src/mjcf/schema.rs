@@ -539,7 +539,7 @@ pub const SCHEMA: &[Element] = &[
     element("position", "actuator default", &[ACTUATOR, &[
         number("kp", "1", "N/m or N m/rad"),
         number("kv", "0", "N s/m or N m s/rad").not_negative(),
-        number("dampratio", "0", "1").not_negative(),
+        number("dampratio", "0", "1").unsupported("the actuator would not be damped", "give `kv`"),
         number("timeconst", "0", "s").unsupported("the control signal would not be filtered", "leave it out"),
         number("inheritrange", "0", "1").unsupported("the control range would be missing", "give `ctrlrange`"),
     ]]).and("group user interp"),

@@ -106,6 +106,8 @@ pub struct Inertial {
     pub diaginertia: Option<[f64; 3]>,
     /// M11 M22 M33 M12 M13 M23
     pub fullinertia: Option<[f64; 6]>,
+    /// `<frame>`s around it, outermost first.
+    pub frames: Vec<Pose>,
 }
 
 #[derive(Clone, Debug)]
@@ -199,8 +201,6 @@ pub struct Actuator {
     /// force = gain · ctrl + bias · (1, length, velocity)
     pub gain: f64,
     pub bias: [f64; 3],
-    /// `<position dampratio>`, if not 0: the compiler sets bias[2] = −2 dampratio √(gain · inertia at the joint).
-    pub dampratio: Option<f64>,
 }
 
 #[derive(Clone, Debug)]
