@@ -14,4 +14,5 @@ pub mod integrate;
 pub mod math;
 pub mod mjcf;
 pub mod model;
+pub mod plot;
 pub mod state;
