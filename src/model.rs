@@ -35,6 +35,8 @@ pub struct Model {
     pub tutorial: TutorialParams,
     /// Position at which joints are at their `ref` and free bodies at their body pose.
     pub qpos0: Vec<f64>,
+    /// What the scene requires.
+    pub plan: Plan,
 }
 
 /// `<option>` and `<flag>`, as far as they change what a supported scene does.
@@ -244,6 +246,13 @@ pub struct Pairs {
     pub swept: Vec<usize>,
     /// Body pairs (low, high) that never collide, by `<exclude>`. Sorted.
     pub excluded: Vec<(usize, usize)>,
+    /// Geom pairs (low, high) that a `<pair>` replaces. Sorted.
+    pub replaced: Vec<(usize, usize)>,
+    /// For swept geoms: the class of each geom (geoms of one class have the same contact parameters), and the mix
+    /// of two classes at `class_mix[class a * classes + class b]`. Empty when all pairs are listed.
+    pub class: Vec<u32>,
+    pub class_mix: Vec<u32>,
+    pub classes: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -315,7 +324,65 @@ pub struct TutorialParams {
     pub mu_roll: Option<f64>,
 }
 
+/// What a scene requires: a step does nothing that the plan rules out.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Plan {
+    /// Bodies that can move, by joints of their own or of a body they are attached to.
+    pub moving_bodies: usize,
+    /// Trees that are one rigid body on a free joint: closed forms.
+    pub free_trees: usize,
+    /// All other trees: an inertia matrix each.
+    pub articulated_trees: usize,
+    /// Trees in which a joint can turn a body.
+    pub rotating_trees: usize,
+    /// Largest number of dofs of an articulated tree.
+    pub largest_matrix: usize,
+    /// Whether joints couple bodies: some tree has more than one body that moves by its own joints.
+    pub coupled: bool,
+    /// Geom pairs listed, and geoms among which a broad phase looks for more.
+    pub pairs: usize,
+    pub swept: usize,
+    /// Pairs of shapes that need a collider, lower kind first. Sorted.
+    pub colliders: Vec<[GeomKind; 2]>,
+    /// Geoms that take part in collisions. Sorted.
+    pub colliding_geoms: Vec<usize>,
+    /// The largest condim that occurs; 0 without contacts.
+    pub condim: usize,
+    /// Joints with limits, springs, dampers, dry friction, armature.
+    pub limits: usize,
+    pub springs: usize,
+    pub dampers: usize,
+    pub frictionloss: usize,
+    pub armature: usize,
+    pub actuators: usize,
+}
+
 impl Model {
+    /// What a broad phase asks about two swept geoms: the pair, or `None` if the two never touch one another.
+    pub fn swept_pair(&self, a: usize, b: usize) -> Option<Pair> {
+        let (ga, gb) = (&self.geoms[a], &self.geoms[b]);
+        let (wa, wb) = (self.bodies[ga.body].weld, self.bodies[gb.body].weld);
+        let meet = ga.contype & gb.conaffinity != 0 || gb.contype & ga.conaffinity != 0;
+        if wa == wb || !meet {
+            return None;
+        }
+        let parent = |weld: usize| self.bodies[self.bodies[weld].parent].weld;
+        if self.opt.flags.filterparent && wa != 0 && wb != 0 && (parent(wa) == wb || parent(wb) == wa) {
+            return None;
+        }
+        let listed = |list: &[(usize, usize)], i: usize, j: usize| list.binary_search(&(i.min(j), i.max(j))).is_ok();
+        if listed(&self.pairs.excluded, ga.body, gb.body) || listed(&self.pairs.replaced, a, b) {
+            return None;
+        }
+        // As in MuJoCo the lower kind comes first; of equal kinds the geom of the lower body.
+        let geom = if (ga.kind, ga.body) <= (gb.kind, gb.body) { [a, b] } else { [b, a] };
+        let [first, second] = geom.map(|g| &self.geoms[g]);
+        let collider = crate::collision::collider(first.kind, second.kind)?;
+        let class = geom.map(|g| self.pairs.class[g] as usize);
+        let mix = self.pairs.class_mix[class[0] * self.pairs.classes + class[1]] as usize;
+        Some(Pair { geom, collider, mix })
+    }
+
     /// The scene's own contact law, from `<custom><text name="penny.contact">`, if it names one.
     pub fn contact_law(&self) -> Option<&str> {
         self.texts.get("penny.contact").map(String::as_str)

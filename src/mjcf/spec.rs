@@ -106,6 +106,8 @@ pub struct Inertial {
     pub diaginertia: Option<[f64; 3]>,
     /// M11 M22 M33 M12 M13 M23
     pub fullinertia: Option<[f64; 6]>,
+    /// `<frame>`s around it, outermost first.
+    pub frames: Vec<Pose>,
 }
 
 #[derive(Clone, Debug)]
