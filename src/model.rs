@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::collision::Collider;
+use crate::collision::{Collider, collider};
 use crate::math::{Mat3, Quat, Vec3};
 
 #[derive(Clone, Debug)]
@@ -246,13 +246,10 @@ pub struct Pairs {
     pub swept: Vec<usize>,
     /// Body pairs (low, high) that never collide, by `<exclude>`. Sorted.
     pub excluded: Vec<(usize, usize)>,
-    /// Geom pairs (low, high) that a `<pair>` replaces. Sorted.
-    pub replaced: Vec<(usize, usize)>,
-    /// For swept geoms: the class of each geom (geoms of one class have the same contact parameters), and the mix
-    /// of two classes at `class_mix[class a * classes + class b]`. Empty when all pairs are listed.
+    /// Swept geoms with the same class have the same contact parameters (indexed by geom).
     pub class: Vec<u32>,
-    pub class_mix: Vec<u32>,
-    pub classes: usize,
+    /// Index into [`Model::mixes`] of each two classes: a square matrix, row by row.
+    pub mix_table: Vec<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -261,6 +258,37 @@ pub struct Pair {
     pub geom: [usize; 2],
     pub collider: Collider,
     pub mix: usize,
+    pub bound: Bound,
+    /// Given by `<contact><pair>`.
+    pub explicit: bool,
+}
+
+/// The cheap test that a pair has to pass before its collider runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// The collider is as cheap itself.
+    None,
+    /// The second centre is at most this high above the plane, m.
+    Height(f64),
+    /// The square of the distance between the centres is at most this, m².
+    Distance2(f64),
+}
+
+impl Pair {
+    /// The pair of two geoms, in contact order; none if there is no collider for them.
+    pub fn new(geoms: &[Geom], [g1, g2]: [usize; 2], index: usize, mix: &Mix) -> Option<Pair> {
+        use GeomKind::{Plane, Sphere};
+        let key = |g: usize| (geoms[g].kind, g);
+        let geom = if key(g1) <= key(g2) { [g1, g2] } else { [g2, g1] };
+        let [a, b] = geom.map(|g| &geoms[g]);
+        let reach = a.rbound + b.rbound + mix.margin + mix.gap;
+        let bound = match (a.kind, b.kind) {
+            (Plane | Sphere, Sphere) => Bound::None,
+            (Plane, _) => Bound::Height(reach),
+            _ => Bound::Distance2(reach * reach),
+        };
+        Some(Pair { geom, collider: collider(a.kind, b.kind)?, mix: index, bound, explicit: false })
+    }
 }
 
 /// Parameters of a contact, mixed from its two geoms or given by `<contact><pair>`.
@@ -358,31 +386,6 @@ pub struct Plan {
 }
 
 impl Model {
-    /// What a broad phase asks about two swept geoms: the pair, or `None` if the two never touch one another.
-    pub fn swept_pair(&self, a: usize, b: usize) -> Option<Pair> {
-        let (ga, gb) = (&self.geoms[a], &self.geoms[b]);
-        let (wa, wb) = (self.bodies[ga.body].weld, self.bodies[gb.body].weld);
-        let meet = ga.contype & gb.conaffinity != 0 || gb.contype & ga.conaffinity != 0;
-        if wa == wb || !meet {
-            return None;
-        }
-        let parent = |weld: usize| self.bodies[self.bodies[weld].parent].weld;
-        if self.opt.flags.filterparent && wa != 0 && wb != 0 && (parent(wa) == wb || parent(wb) == wa) {
-            return None;
-        }
-        let listed = |list: &[(usize, usize)], i: usize, j: usize| list.binary_search(&(i.min(j), i.max(j))).is_ok();
-        if listed(&self.pairs.excluded, ga.body, gb.body) || listed(&self.pairs.replaced, a, b) {
-            return None;
-        }
-        // As in MuJoCo the lower kind comes first; of equal kinds the geom of the lower body.
-        let geom = if (ga.kind, ga.body) <= (gb.kind, gb.body) { [a, b] } else { [b, a] };
-        let [first, second] = geom.map(|g| &self.geoms[g]);
-        let collider = crate::collision::collider(first.kind, second.kind)?;
-        let class = geom.map(|g| self.pairs.class[g] as usize);
-        let mix = self.pairs.class_mix[class[0] * self.pairs.classes + class[1]] as usize;
-        Some(Pair { geom, collider, mix })
-    }
-
     /// The scene's own contact law, from `<custom><text name="penny.contact">`, if it names one.
     pub fn contact_law(&self) -> Option<&str> {
         self.texts.get("penny.contact").map(String::as_str)

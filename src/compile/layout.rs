@@ -29,10 +29,6 @@ impl World<'_> {
     pub fn joint_names(&self) -> Names<'_> {
         Names::new("joint", self.joints.iter().map(|j| j.name.as_str()))
     }
-    /// The parent of the rigid group that a body belongs to (MuJoCo's weld group), as such a group.
-    pub fn weld_parent(&self, weld: usize) -> usize {
-        self.bodies[self.bodies[weld].parent].weld
-    }
 }
 
 pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {

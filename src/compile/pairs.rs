@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Log;
 use super::layout::{World, label, shape};
 use crate::collision::collider;
+use crate::collision::sweep::{may_touch, order};
 use crate::mjcf::{ProblemKind, Spec, spec};
 use crate::model::{Geom, GeomKind, Mix, Pair, Pairs};
 
@@ -17,69 +18,52 @@ pub const MIN_MU: f64 = 1e-5;
 
 /// The pairs of a scene in MuJoCo's contact order, and their parameters.
 ///
-/// Order: by the two bodies (lower number first); within two bodies first the `<pair>`s as the file has them,
-/// then geom by geom.
-///
-/// Dropped, as in MuJoCo: geoms of one rigid group, or of a group and its parent group (unless that is the world
-/// or `filterparent` is disabled); pairs whose `contype` and `conaffinity` do not meet; excluded bodies; geoms
-/// that a `<pair>` joins.
-///
-/// Source: MuJoCo manual, Computation › Collision detection › Selection.
+/// A `<pair>` replaces what the filters would let pass.
 pub fn find(world: &World, spec: &Spec, log: &mut Log) -> (Pairs, Vec<Mix>) {
-    let mut pairs = Pairs { excluded: excluded(world, spec, log), ..Pairs::default() };
-    let mut mixes = Mixes::default();
-    let explicit = explicit(world, spec, log);
+    let excluded = excluded(world, spec, log);
+    let given = explicit(world, spec, log);
     let on = |flag: &str| spec.flags.get(flag).copied().unwrap_or(true);
     if !(on("contact") && on("constraint")) {
         return (Pairs::default(), Vec::new());
     }
-    pairs.replaced = explicit.iter().map(|e| sorted(e.geom)).collect();
-    pairs.replaced.sort_unstable();
-
-    let candidates = candidates(world, &pairs, on("filterparent"));
-    let is_plane = |g: usize| world.geoms[g].kind == GeomKind::Plane;
-    let with_plane = |c: &[usize; 2]| is_plane(c[0]) || is_plane(c[1]);
-    let swept = candidates.iter().filter(|c| !with_plane(c)).count() > MOST_LISTED;
-    let over = spec.flags.get("override").copied().unwrap_or(false).then_some(&spec.option);
+    let with_plane = |c: &[usize; 2]| c.iter().any(|&g| world.geoms[g].kind == GeomKind::Plane);
     let mut gaps = Gaps::default();
-
-    // Both lists are in the order of their bodies; merge them, `<pair>`s first.
-    let mut found: Vec<((usize, usize), Pair)> = Vec::new();
-    for e in explicit {
-        let mix = overridden(e.mix, over);
-        gaps.check(world, e.geom, Some(e.spec));
-        found.extend(pair(world, e.geom, || mixes.index(mix)).map(|p| (bodies(world, e.geom), p)));
-    }
-    for geom in candidates {
+    given.iter().for_each(|e| gaps.check(world, e.geom, Some(e.spec)));
+    let mut candidates: Vec<[usize; 2]> = Vec::new();
+    let mut unlisted = 0;
+    for geom in possible(world, &given, &excluded, on("filterparent")) {
         gaps.check(world, geom, None);
-        if swept && !with_plane(&geom) {
-            continue;
+        unlisted += usize::from(!with_plane(&geom));
+        if unlisted <= MOST_LISTED || with_plane(&geom) {
+            candidates.push(geom);
         }
-        let mix = || mixes.index(overridden(mixed(&world.geoms[geom[0]], &world.geoms[geom[1]]), over));
-        found.extend(pair(world, geom, mix).map(|p| (bodies(world, geom), p)));
     }
-    found.sort_by_key(|(bodies, _)| *bodies);
-    pairs.listed = found.into_iter().map(|(_, pair)| pair).collect();
+    gaps.report(world, log);
+    let swept = unlisted > MOST_LISTED;
+    let over = spec.flags.get("override").copied().unwrap_or(false).then_some(&spec.option);
+
+    let mut pairs = Pairs { excluded, ..Pairs::default() };
+    let mut mixes = Mixes::default();
+    let mut list = |geom: [usize; 2], mix: Mix, explicit: bool| {
+        let index = mixes.index(overridden(mix, over));
+        let pair = Pair::new(&world.geoms, geom, index, &mixes.list[index]);
+        pairs.listed.extend(pair.map(|pair| Pair { explicit, ..pair }));
+    };
+    for e in given {
+        list(e.geom, e.mix, true);
+    }
+    for geom in candidates.into_iter().filter(|c| !swept || with_plane(c)) {
+        list(geom, mixed(&world.geoms[geom[0]], &world.geoms[geom[1]]), false);
+    }
+    pairs.listed.sort_by_key(|pair| order(&world.geoms, pair));
     if swept {
         sweep(world, &mut pairs, &mut mixes, over);
     }
-    gaps.report(world, log);
     (pairs, mixes.list)
-}
-
-fn bodies(world: &World, geom: [usize; 2]) -> (usize, usize) {
-    sorted(geom.map(|g| world.geoms[g].body))
 }
 
 fn sorted([a, b]: [usize; 2]) -> (usize, usize) {
     (a.min(b), a.max(b))
-}
-
-/// The lower kind first; `None` where Penny has no collider.
-fn pair(world: &World, [a, b]: [usize; 2], mix: impl FnOnce() -> usize) -> Option<Pair> {
-    let kind = |g: usize| world.geoms[g].kind;
-    let [a, b] = if kind(a) <= kind(b) { [a, b] } else { [b, a] };
-    collider(kind(a), kind(b)).map(|collider| Pair { geom: [a, b], collider, mix: mix() })
 }
 
 /// Body pairs of `<exclude>`, low number first, sorted.
@@ -112,8 +96,7 @@ fn explicit<'a>(world: &World, spec: &'a Spec, log: &mut Log) -> Vec<Explicit<'a
         let first = names.find(&pair.geom1, pair.node, "geom1", log);
         let second = names.find(&pair.geom2, pair.node, "geom2", log);
         let (Some(a), Some(b)) = (first, second) else { continue };
-        // MuJoCo keeps the geom of the lower body first, wherever kinds are equal.
-        let geom = if world.geoms[a].body <= world.geoms[b].body { [a, b] } else { [b, a] };
+        let geom = [a, b];
         let weld = geom.map(|g| world.bodies[world.geoms[g].body].weld);
         if a == b {
             log.error(pair.node, ProblemKind::PairOfOne, "name two different geoms");
@@ -131,37 +114,24 @@ fn explicit<'a>(world: &World, spec: &'a Spec, log: &mut Log) -> Vec<Explicit<'a
     found
 }
 
-/// All pairs that the filters let pass, in contact order; each with the geom of the lower body first.
-fn candidates(world: &World, pairs: &Pairs, filterparent: bool) -> Vec<[usize; 2]> {
-    let mut found = Vec::new();
-    let collides = |b: &usize| world.bodies[*b].geoms.clone().any(|g| masks(&world.geoms[g]) != (0, 0));
-    let bodies: Vec<usize> = (0..world.bodies.len()).filter(collides).collect();
-    for (i, &b1) in bodies.iter().enumerate() {
-        for &b2 in &bodies[i + 1..] {
-            let (w1, w2) = (world.bodies[b1].weld, world.bodies[b2].weld);
-            let family = w1 != 0 && w2 != 0 && (world.weld_parent(w1) == w2 || world.weld_parent(w2) == w1);
-            if w1 == w2 || (family && filterparent) || pairs.excluded.binary_search(&(b1, b2)).is_ok() {
-                continue;
-            }
-            for g1 in world.bodies[b1].geoms.clone() {
-                for g2 in world.bodies[b2].geoms.clone() {
-                    if meet(&world.geoms[g1], &world.geoms[g2]) && pairs.replaced.binary_search(&(g1, g2)).is_err() {
-                        found.push([g1, g2]);
-                    }
-                }
-            }
-        }
-    }
-    found
+/// All pairs that the filters let pass and that no `<pair>` replaces.
+fn possible<'a>(
+    world: &'a World,
+    given: &[Explicit],
+    excluded: &'a [(usize, usize)],
+    filterparent: bool,
+) -> impl Iterator<Item = [usize; 2]> + 'a {
+    let replaced: BTreeSet<(usize, usize)> = given.iter().map(|e| sorted(e.geom)).collect();
+    let geoms: Vec<usize> = (0..world.geoms.len()).filter(|&g| collides(&world.geoms[g])).collect();
+    let firsts = geoms.clone().into_iter().enumerate();
+    let pairs = firsts.flat_map(move |(i, a)| geoms[i + 1..].to_vec().into_iter().map(move |b| [a, b]));
+    pairs.filter(move |&[a, b]| {
+        may_touch(&world.bodies, &world.geoms, a, b, filterparent, excluded) && !replaced.contains(&(a, b))
+    })
 }
 
-fn masks(geom: &Geom) -> (u32, u32) {
-    (geom.contype, geom.conaffinity)
-}
-
-/// Whether the bit masks let two geoms touch.
-fn meet(a: &Geom, b: &Geom) -> bool {
-    a.contype & b.conaffinity != 0 || b.contype & a.conaffinity != 0
+fn collides(geom: &Geom) -> bool {
+    geom.contype != 0 || geom.conaffinity != 0
 }
 
 /// Contact parameters of two geoms.
@@ -258,15 +228,14 @@ fn bits(mix: &Mix) -> [u64; 17] {
 
 /// Many geoms: those that collide with others than planes, and a table of mixes by class of parameters.
 fn sweep(world: &World, pairs: &mut Pairs, mixes: &mut Mixes, over: Option<&spec::OptionSpec>) {
-    let collides = |g: &usize| world.geoms[*g].kind != GeomKind::Plane && masks(&world.geoms[*g]) != (0, 0);
-    pairs.swept = (0..world.geoms.len()).filter(collides).collect();
+    let swept = |g: &usize| world.geoms[*g].kind != GeomKind::Plane && collides(&world.geoms[*g]);
+    pairs.swept = (0..world.geoms.len()).filter(swept).collect();
     let mut classes: BTreeMap<Vec<u64>, (u32, usize)> = BTreeMap::new();
     pairs.class = vec![0; world.geoms.len()];
     for &g in &pairs.swept {
         let count = classes.len() as u32;
         pairs.class[g] = classes.entry(parameters(&world.geoms[g])).or_insert((count, g)).0;
     }
-    pairs.classes = classes.len();
     let mut examples = vec![0; classes.len()];
     for (class, geom) in classes.into_values() {
         examples[class as usize] = geom;
@@ -274,7 +243,7 @@ fn sweep(world: &World, pairs: &mut Pairs, mixes: &mut Mixes, over: Option<&spec
     for &a in &examples {
         for &b in &examples {
             let mix = overridden(mixed(&world.geoms[a], &world.geoms[b]), over);
-            pairs.class_mix.push(mixes.index(mix) as u32);
+            pairs.mix_table.push(mixes.index(mix) as u32);
         }
     }
 }
@@ -285,13 +254,13 @@ fn parameters(g: &Geom) -> Vec<u64> {
     numbers.chain(g.friction).chain(g.solref).chain(g.solimp).map(f64::to_bits).collect()
 }
 
-/// Pairs of shapes that can touch, but that Penny has no collider for: one report for each two shapes.
+/// Shapes that can touch, but that Penny has no collider for: one report for each two shapes.
 #[derive(Default)]
 struct Gaps<'a> {
     missing: BTreeMap<(GeomKind, GeomKind), Gap<'a>>,
-    known: BTreeSet<(GeomKind, GeomKind)>,
 }
 
+/// The first of the pairs of two shapes that have no collider, and how many there are.
 struct Gap<'a> {
     geom: [usize; 2],
     spec: Option<&'a spec::Pair>,
@@ -302,12 +271,7 @@ impl<'a> Gaps<'a> {
     fn check(&mut self, world: &World, geom: [usize; 2], spec: Option<&'a spec::Pair>) {
         let [a, b] = geom.map(|g| world.geoms[g].kind);
         let kinds = (a.min(b), a.max(b));
-        if self.known.contains(&kinds) {
-            return;
-        }
-        if collider(kinds.0, kinds.1).is_some() {
-            self.known.insert(kinds);
-        } else {
+        if collider(kinds.0, kinds.1).is_none() {
             self.missing.entry(kinds).or_insert(Gap { geom, spec, count: 0 }).count += 1;
         }
     }
@@ -315,20 +279,18 @@ impl<'a> Gaps<'a> {
     fn report(self, world: &World, log: &mut Log) {
         for ((a, b), gap) in self.missing {
             let [first, second] = gap.geom.map(|g| world.geom_specs[g].node);
-            let kind = ProblemKind::NoCollider { first: shape(a), second: shape(b) };
+            let name = |g: usize| label("geom", &world.geoms[g].name, g);
             let more = match gap.count {
                 1 => String::new(),
-                n => format!(" (so do {} more pairs)", n - 1),
+                n => format!(" (so can {} more pairs of these shapes)", n - 1),
             };
-            let help = format!(
-                "keep them apart by `contype` and `conaffinity` or `<exclude>`, or use other shapes{more}"
-            );
+            let help = "keep them apart by `contype` and `conaffinity` or by `<exclude>`, or use other shapes";
+            let kind = ProblemKind::NoCollider { first: shape(a), second: shape(b) };
             log.error(gap.spec.map_or(first, |p| p.node), kind, help);
-            let name = |g: usize| label("geom", &world.geoms[g].name, g);
             if gap.spec.is_some() {
                 log.related(first, name(gap.geom[0]));
             }
-            log.related(second, format!("can touch {}", name(gap.geom[1])));
+            log.related(second, format!("{} can touch {}{more}", name(gap.geom[0]), name(gap.geom[1])));
         }
     }
 }
