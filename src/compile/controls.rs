@@ -1,10 +1,10 @@
 //! Actuators and keyframes: what refers to joints and to the state.
 
 use super::Log;
-use super::layout::World;
+use super::layout::{self, World};
+use crate::math;
 use crate::mjcf::{ProblemKind, Spec, spec};
 use crate::model::{Actuator, JointKind, Keyframe};
-use crate::math;
 
 pub fn actuators(world: &World, spec: &Spec, log: &mut Log) -> Vec<Actuator> {
     let joints = world.joint_names();
@@ -66,7 +66,11 @@ pub fn keyframes(world: &World, spec: &Spec, log: &mut Log) -> Vec<Keyframe> {
             None => default,
             Some(values) if values.len() == default.len() => values.clone(),
             Some(values) => {
-                let problem = ProblemKind::KeyframeCount { attribute, needs: default.len(), given: values.len() };
+                let problem = ProblemKind::KeyframeCount {
+                    attribute,
+                    needs: layout::numbers(default.len()),
+                    given: layout::given(values.len()),
+                };
                 log.value_error(key.node, attribute, problem, meaning(world, attribute));
                 default
             }
@@ -105,7 +109,7 @@ fn meaning(world: &World, attribute: &str) -> String {
             JointKind::Ball => ball,
             JointKind::Slide | JointKind::Hinge => "one number",
         };
-        parts.push(format!("{} ({numbers})", super::layout::label("joint", &joint.name, i)));
+        parts.push(format!("{} ({numbers})", layout::label("joint", &joint.name, i)));
     }
     if world.joints.len() > SHOWN {
         parts.push("…".into());

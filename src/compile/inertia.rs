@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use super::frames;
 use crate::math::{self, Mat3, Quat, Vec3};
 use crate::model::GeomKind;
 
@@ -40,15 +39,18 @@ pub fn tensor(moments: &Vec3, quat: &Quat) -> Mat3 {
     r * Mat3::from_diagonal(moments) * r.transpose()
 }
 
-/// Principal moments, largest first, and the axes (columns, right-handed).
+/// Principal moments, largest first, and the axes (columns, right-handed; the largest components of the first two
+/// are positive, so that axes that are in order already come out as the identity).
 pub fn principal(tensor: &Mat3) -> (Vec3, Mat3) {
     let eigen = tensor.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
-    let [x, y] = [0, 1].map(|k| eigen.eigenvectors.column(order[k]).into_owned());
+    let [x, y] = [0, 1].map(|k| {
+        let axis = eigen.eigenvectors.column(order[k]).into_owned();
+        axis * axis[axis.iamax()].signum()
+    });
     (Vec3::from(order.map(|k| eigen.eigenvalues[k])), Mat3::from_columns(&[x, y, x.cross(&y)]))
 }
-
 
 /// Volume (m³) of a shape, or the area (m²) of its surface.
 ///
@@ -135,8 +137,7 @@ fn capsule_solid(radius: f64, length: f64, mass: f64) -> Vec3 {
     let tube = mass - ball;
     let (r2, l2) = (radius.powi(2), length.powi(2));
     let centred = 2.0 / 5.0 * ball * r2;
-    let across =
-        tube * (3.0 * r2 + l2) / 12.0 + centred + ball * length * (3.0 * radius + 2.0 * length) / 8.0;
+    let across = tube * (3.0 * r2 + l2) / 12.0 + centred + ball * length * (3.0 * radius + 2.0 * length) / 8.0;
     Vec3::new(across, across, tube * r2 / 2.0 + centred)
 }
 

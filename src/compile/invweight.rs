@@ -12,7 +12,8 @@ use crate::model::{Body, Dof, Joint, JointKind, Tree};
 ///     invweight0(body) = (mean of the three translational, mean of the three rotational diagonals of A_b)
 ///     invweight0(dof)  = diagonal of M⁻¹; for free and ball joints the mean of each block of three
 ///
-/// At qpos0 every joint is at its reference, so bodies have the poses of the file.
+/// At qpos0 every joint is at its reference, so bodies have the poses of the file. A lone body that only slides
+/// along its principal axes is a case of its own in MuJoCo: 1/m for the body and every dof, whatever the armature.
 ///
 /// Errors: the index of the first dof that moves nothing the dofs before it do not move: M is singular.
 ///
@@ -29,6 +30,12 @@ pub fn fill(tree: &Tree, bodies: &mut [Body], joints: &[Joint], dofs: &mut [Dof]
         m[(i, i)] += dof.armature;
     }
     let factor = factor(&m).map_err(|i| tree.dofs.start + i)?;
+    if slides_simply(tree, bodies, joints) {
+        let light = 1.0 / bodies[tree.bodies.start].mass;
+        bodies[tree.bodies.start].invweight0 = [light, 0.0];
+        dofs[tree.dofs.clone()].iter_mut().for_each(|dof| dof.invweight0 = light);
+        return Ok(());
+    }
 
     for (b, (j, _)) in tree.bodies.clone().zip(&jacobians) {
         let a = j * factor.solve(&j.transpose());
@@ -49,15 +56,27 @@ pub fn fill(tree: &Tree, bodies: &mut [Body], joints: &[Joint], dofs: &mut [Dof]
     Ok(())
 }
 
+/// MuJoCo's `body_simple` 2: one body, its inertial frame its own, joints that slide along axes of that frame.
+fn slides_simply(tree: &Tree, bodies: &[Body], joints: &[Joint]) -> bool {
+    let body = &bodies[tree.bodies.start];
+    let along_axis = |j: &Joint| j.axis.iter().filter(|x| **x != 0.0).count() == 1 && j.pos == Vec3::zeros();
+    tree.bodies.len() == 1
+        && body.ipos == Vec3::zeros()
+        && body.iquat.w.abs() == 1.0
+        && joints[body.joints.clone()].iter().all(|j| j.kind == JointKind::Slide && along_axis(j))
+}
+
 /// Cholesky factor; Errors: the first dof whose pivot is nothing but rounding.
 fn factor(m: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>, usize> {
     let n = m.nrows();
     let found = Cholesky::new(m.clone()).filter(|c| (0..n).all(|i| c.l_dirty()[(i, i)].powi(2) > 1e-13 * m[(i, i)]));
     found.ok_or_else(|| {
-        (0..n).find(|&i| {
-            let part = Cholesky::new(m.view((0, 0), (i + 1, i + 1)).into_owned());
-            part.is_none_or(|c| c.l_dirty()[(i, i)].powi(2) <= 1e-13 * m[(i, i)])
-        }).unwrap_or(0)
+        (0..n)
+            .find(|&i| {
+                let part = Cholesky::new(m.view((0, 0), (i + 1, i + 1)).into_owned());
+                part.is_none_or(|c| c.l_dirty()[(i, i)].powi(2) <= 1e-13 * m[(i, i)])
+            })
+            .unwrap_or(0)
     })
 }
 

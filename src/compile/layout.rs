@@ -49,13 +49,7 @@ pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {
 }
 
 /// Adds a body, what is attached to it, and its children.
-fn add_body<'a>(
-    world: &mut World<'a>,
-    body: &'a spec::Body,
-    parent: usize,
-    compiler: &spec::Compiler,
-    log: &mut Log,
-) {
+fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, compiler: &spec::Compiler, log: &mut Log) {
     let id = world.bodies.len();
     let (pos, quat) = pose_or_report(&body.pose, body.node, compiler, log);
 
@@ -146,13 +140,7 @@ fn check_joints(body: &spec::Body, log: &mut Log) {
     }
 }
 
-fn add_joint<'a>(
-    world: &mut World<'a>,
-    joint: &'a spec::Joint,
-    body: usize,
-    compiler: &spec::Compiler,
-    log: &mut Log,
-) {
+fn add_joint<'a>(world: &mut World<'a>, joint: &'a spec::Joint, body: usize, compiler: &spec::Compiler, log: &mut Log) {
     // Free joints have neither anchor nor axis: they are the body's frame.
     let (pos, axis) = match joint.kind {
         JointKind::Free => (Vec3::zeros(), Vec3::z()),
@@ -211,25 +199,19 @@ fn anchor_and_axis(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log
     (pos, turn * (axis / axis.norm()))
 }
 
-/// The limits of a joint in m or rad, if it has any.
+/// The limits of a joint in m or rad, if it has any. An empty range was reported by the reader.
 fn range(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log) -> Option<[f64; 2]> {
-    let given = joint.range.filter(|r| *r != [0.0, 0.0]);
+    let [low, high] = joint.range.filter(|[low, high]| low < high)?;
     if joint.kind == JointKind::Free || joint.limited == Some(false) {
         return None;
     }
-    let [low, high] = given?;
     if joint.limited.is_none() && !compiler.autolimits {
         let help = "write `limited=\"true\"`, or drop `autolimits=\"false\"` from `<compiler>`";
         log.value_error(joint.node, "range", ProblemKind::RangeWithoutLimited, help);
-        return None;
-    }
-    if low >= high {
-        return None; // the reader has said so
     }
     if joint.kind == JointKind::Ball && low != 0.0 {
         let help = format!("a ball joint is limited by its angle alone: \"0 {high}\"");
         log.value_error(joint.node, "range", ProblemKind::BallRangeStart { low }, help);
-        return None;
     }
     let turns = matches!(joint.kind, JointKind::Ball | JointKind::Hinge);
     let radian = |x: f64| if compiler.degree && turns { x.to_radians() } else { x };
@@ -287,6 +269,16 @@ fn place(geom: &spec::Geom, compiler: &spec::Compiler, log: &mut Log) -> (Vec3, 
     (pos, quat, size(geom, Some(half.unwrap_or(1.0)), log))
 }
 
+/// "1 number", "3 numbers"
+pub fn numbers(n: usize) -> String {
+    format!("{n} number{}", if n == 1 { "" } else { "s" })
+}
+
+/// "1 is", "3 are"
+pub fn given(n: usize) -> String {
+    format!("{n} {}", if n == 1 { "is" } else { "are" })
+}
+
 /// What the numbers of `size` mean for a shape.
 fn dimensions(kind: GeomKind) -> &'static [&'static str] {
     match kind {
@@ -309,7 +301,11 @@ fn size(geom: &spec::Geom, half: Option<f64>, log: &mut Log) -> Vec3 {
         }
         let Some(&value) = geom.size.get(i) else {
             let needs = if half.is_some() { &needs[..1] } else { needs };
-            let problem = ProblemKind::SizeMissing { shape: shape(kind), needs: needs.len(), given: geom.size.len() };
+            let problem = ProblemKind::SizeMissing {
+                shape: shape(kind),
+                needs: numbers(needs.len()),
+                given: given(geom.size.len()),
+            };
             log.value_error(geom.node, "size", problem, format!("`size` is: {}", needs.join(", ")));
             return Vec3::repeat(1.0);
         };

@@ -1,7 +1,7 @@
 //! Masses and inertia of the bodies, and how lightly they move.
 
 use super::inertia::{self, Piece};
-use super::layout::{World, no_direction, label, shape};
+use super::layout::{World, label, no_direction, shape};
 use super::{Log, frames, invweight};
 use crate::math::{self, MIN_VAL, Mat3, Quat, Vec3};
 use crate::mjcf::{ProblemKind, Spec, spec};
@@ -37,7 +37,7 @@ pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
 /// Mass and inertia of one body: from `<inertial>` or from its geoms, then the bounds of `<compiler>`.
 fn fill_body(world: &mut World, id: usize, compiler: &spec::Compiler, log: &mut Log) {
     let spec = world.body_specs[id];
-    let pieces = geom_pieces(world, id, compiler, log);
+    let pieces = geom_pieces(world, id, compiler);
     let infer = compiler.inertiafromgeom.unwrap_or(spec.inertial.is_none());
     let found = match (&spec.inertial, infer && !pieces.is_empty()) {
         (_, true) => from_geoms(&pieces),
@@ -45,7 +45,11 @@ fn fill_body(world: &mut World, id: usize, compiler: &spec::Compiler, log: &mut 
             Some(found) => found,
             None => return,
         },
-        (None, false) => Principal { mass: 0.0, ipos: Vec3::zeros(), iquat: Quat::identity(), moments: Vec3::zeros() },
+        // MuJoCo gives a body without mass its pose in the parent for inertial frame; invweight0 is taken there.
+        (None, false) => {
+            let body = &world.bodies[id];
+            Principal { mass: 0.0, ipos: body.pos, iquat: body.quat, moments: Vec3::zeros() }
+        }
     };
     let mut moments = found.moments.map(|i| i.max(compiler.boundinertia));
     let [a, b, c] = moments.into();
@@ -73,20 +77,11 @@ struct Principal {
 }
 
 /// The geoms of a body that have mass and count: group within `inertiagrouprange`.
-fn geom_pieces(world: &World, id: usize, compiler: &spec::Compiler, log: &mut Log) -> Vec<Principal> {
+fn geom_pieces(world: &World, id: usize, compiler: &spec::Compiler) -> Vec<Principal> {
     let [low, high] = compiler.inertiagrouprange;
     let mut pieces = Vec::new();
     for g in world.bodies[id].geoms.clone() {
         let (geom, spec) = (&world.geoms[g], world.geom_specs[g]);
-        let (attribute, value) = match spec.mass {
-            Some(mass) => ("mass", mass),
-            None => ("density", spec.density),
-        };
-        if value < 0.0 {
-            let help = "give zero or more; `mass=\"0\"` makes a geom weightless";
-            log.value_error(spec.node, attribute, ProblemKind::NegativeMass { attribute, value }, help);
-            continue;
-        }
         let piece = geom_piece(geom, spec);
         if piece.mass > frames::EPS && (low..=high).contains(&geom.group) {
             pieces.push(piece);
@@ -182,10 +177,13 @@ fn check_moving(world: &World, id: usize, log: &mut Log) {
 
 fn weightless_geoms(world: &World, id: usize) -> String {
     let kinds: Vec<&str> = world.bodies[id].geoms.clone().map(|g| shape(world.geoms[g].kind)).collect();
-    format!("its {} without weight: check `mass`, `density` and `inertiagrouprange`", match kinds[..] {
-        [one] => format!("only geom ({one}) is"),
-        _ => format!("{} geoms are all", kinds.len()),
-    })
+    format!(
+        "its {} without weight: check `mass`, `density` and `inertiagrouprange`",
+        match kinds[..] {
+            [one] => format!("only geom ({one}) is"),
+            _ => format!("{} geoms are all", kinds.len()),
+        }
+    )
 }
 
 /// The closed form of a tree that is one rigid body on a free joint. Armature, dampers, springs and dry
@@ -202,12 +200,7 @@ fn free_body(world: &World, t: usize) -> Option<FreeBody> {
     let massive = |b: &&Body| b.mass > 0.0;
     let bodies = &world.bodies[tree.bodies.clone()];
     if bodies.iter().filter(massive).count() == 1 && root.mass > 0.0 {
-        return Some(FreeBody {
-            mass: root.mass,
-            com: root.ipos,
-            axes: math::mat(&root.iquat),
-            inertia: root.inertia,
-        });
+        return Some(FreeBody { mass: root.mass, com: root.ipos, axes: math::mat(&root.iquat), inertia: root.inertia });
     }
     // Bodies welded to the root: each in the root's frame.
     let mut poses = vec![(Vec3::zeros(), Quat::identity())];

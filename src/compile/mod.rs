@@ -13,6 +13,7 @@ mod plan;
 
 use std::collections::BTreeMap;
 
+use crate::contact;
 use crate::mjcf::{Document, NodeId, Problem, ProblemKind, Span, Spec, spec};
 use crate::model::{Flags, Model, Options, TutorialParams};
 
@@ -30,6 +31,7 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     let actuators = controls::actuators(&world, spec, &mut log);
     let keyframes = controls::keyframes(&world, spec, &mut log);
     let tutorial = tutorial_params(spec, &mut log);
+    check_settings(spec, &mut log);
     if !log.errors.is_empty() {
         return Err(log.errors);
     }
@@ -84,12 +86,6 @@ impl Log<'_> {
         self.warnings.push(problem(kind, span, help));
     }
 
-    /// The same, about the value of an attribute.
-    fn value_warning(&mut self, node: NodeId, attribute: &str, kind: ProblemKind, help: impl Into<String>) {
-        let span = self.document.value_span(node, attribute);
-        self.warnings.push(problem(kind, span, help));
-    }
-
     /// "Look here as well", for the error reported last.
     fn related(&mut self, node: NodeId, label: impl Into<String>) {
         let span = self.document.span(node);
@@ -117,15 +113,12 @@ impl<'a> Names<'a> {
         Names { of, index: named.map(|(i, name)| (name, i)).collect() }
     }
 
-    /// The index of the element that an attribute names; reports an unknown name.
+    /// The index of the element that an attribute names.
     fn find(&self, name: &str, node: NodeId, attribute: &str, log: &mut Log) -> Option<usize> {
         let found = self.index.get(name).copied();
         if found.is_none() {
-            let help = match crate::mjcf::nearest(name, self.index.keys().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("give the {} meant here `name=\"{name}\"`", self.of),
-            };
-            log.value_error(node, attribute, ProblemKind::NoSuchName { of: self.of, name: name.into() }, help);
+            let kind = ProblemKind::UnknownReference { what: self.of.into(), name: name.into() };
+            log.value_error(node, attribute, kind, "");
         }
         found
     }
@@ -158,6 +151,17 @@ fn options(spec: &Spec) -> Options {
             eulerdamp: flag("eulerdamp"),
             diagexact: spec.flags.get("diagexact").copied().unwrap_or(false),
         },
+    }
+}
+
+/// What the reader accepts, but Penny does not do.
+fn check_settings(spec: &Spec, log: &mut Log) {
+    for text in spec.texts.iter().filter(|t| t.name == "penny.contact") {
+        let names: Vec<&str> = contact::ALL.iter().map(|law| law.name).collect();
+        if !names.is_empty() && !names.contains(&text.data.as_str()) {
+            let help = format!("the laws are {}", names.join(", "));
+            log.value_error(text.node, "data", ProblemKind::UnknownLaw { name: text.data.clone() }, help);
+        }
     }
 }
 

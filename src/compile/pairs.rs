@@ -157,9 +157,7 @@ pub fn mixed(a: &Geom, b: &Geom) -> Mix {
     };
     let blend = |x: f64, y: f64| weight * x + (1.0 - weight) * y;
     let direct = a.solref[0] <= 0.0 || b.solref[0] <= 0.0;
-    let solref = [0, 1].map(|i| {
-        if direct { a.solref[i].min(b.solref[i]) } else { blend(a.solref[i], b.solref[i]) }
-    });
+    let solref = [0, 1].map(|i| if direct { a.solref[i].min(b.solref[i]) } else { blend(a.solref[i], b.solref[i]) });
     let solimp = [0, 1, 2, 3, 4].map(|i| blend(a.solimp[i], b.solimp[i]));
     let friction = [0, 1, 2].map(|i| a.friction[i].max(b.friction[i]));
     mix(a.condim.max(b.condim), friction, solref, solimp, margin, gap)

@@ -100,8 +100,11 @@ impl Plan {
     }
 
     fn shapes(&self) -> String {
-        let names: Vec<String> =
-            self.colliders.iter().map(|[a, b]| format!("{}–{}", super::layout::shape(*a), super::layout::shape(*b))).collect();
+        let names: Vec<String> = self
+            .colliders
+            .iter()
+            .map(|[a, b]| format!("{}–{}", super::layout::shape(*a), super::layout::shape(*b)))
+            .collect();
         names.join(", ")
     }
 }
@@ -118,4 +121,3 @@ fn directions(condim: usize) -> &'static str {
         _ => "normal force, sliding, torsional and rolling friction",
     }
 }
-

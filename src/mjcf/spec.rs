@@ -126,6 +126,8 @@ pub struct Joint {
     pub range: Option<[f64; 2]>,
     /// `None` is "auto".
     pub limited: Option<bool>,
+    /// `<freejoint align>`; `None` leaves it to `<compiler alignfree>`.
+    pub align: Option<bool>,
     pub margin: f64,
     pub solreflimit: [f64; 2],
     pub solimplimit: [f64; 5],

@@ -85,8 +85,15 @@ class Writer:
         return f"<body {self.pose()}>{inner}</body>"
 
 
-def scene(world, compiler="", rest=""):
-    return f"<mujoco><compiler {compiler}/>{rest}<worldbody>{world}</worldbody></mujoco>"
+NO_CONTACTS = '<option><flag contact="disable"/></option>'
+
+
+def scene(world, compiler="", rest="", option=NO_CONTACTS, end=""):
+    return f"<mujoco><compiler {compiler}/>{option}{rest}<worldbody>{world}</worldbody>{end}</mujoco>"
+
+
+def touching(world, end="", option=""):
+    return scene(world, option=option, end=end)
 
 
 def free(inner, attributes=""):
@@ -162,6 +169,19 @@ def compounds():
 def joints():
     planar = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0 1 0"/>'
     box = '<geom type="box" size="0.2 0.1 0.3"/>'
+    def slides(geom, axis="1 0 0", child="", joint="", body=""):
+        return f'<body {body}><joint type="slide" axis="{axis}" armature="0.5" {joint}/>{geom}{child}</body>'
+
+    # MuJoCo treats a lone body that slides along its principal axes in its own way, and only that.
+    small = '<geom size="0.1"/>'
+    variants = [slides(box), slides(box, "0 -2 0", body='euler="10 20 30"'), slides(box, "1 1 0"), slides(box, joint='pos="1 0 0"')]
+    variants += [slides('<geom type="box" size="0.2 0.1 0.3" pos="1 0 0"/>'), slides('<geom type="box" size="0.2 0.1 0.3" euler="9 0 0"/>')]
+    variants += [slides(box, child=f"<body>{small}</body>"), slides(box, child=slides(small)), f"<body>{small}{slides(box)}</body>"]
+    two = lambda a, b: f'<geom type="box" size="{a}" pos="0.5 0 0"/><geom type="box" size="{b}" pos="-0.5 0 0"/>'
+    variants += [slides(two("0.1 0.2 0.3", "0.1 0.2 0.3")), slides(two("0.1 0.2 0.2", "0.1 0.2 0.2")), slides(box + small)]
+    stacked = '<geom size="0.1" pos="0 0 {0}"/><geom size="0.1" pos="0 0 -{0}"/><geom type="box" size="{1} 0.1 0.1"/>'
+    variants += [slides(stacked.format(0.5, 0.3)), slides(stacked.format(0.5, 0.1))]
+    yield "slides, simple or not", scene("".join(variants))
     sliders = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>'
     yield "planar body", scene(f'<body pos="0 0 1">{planar}{box}</body><body>{planar}{box}<geom size="0.1" pos="1 0 0"/></body>')
     yield "slides only", scene(f"<body>{sliders}{box}</body><body><joint type='slide' axis='1 1 0'/>{box}</body>")
@@ -214,44 +234,52 @@ def crowd(w, bodies, geoms=1, names=True, parameters=contact_parameters):
 def contacts():
     for number in range(8):
         w = Writer(600 + number)
-        yield f"mixed parameters {number}", scene(crowd(w, 4, 1 + number % 3))
+        yield f"mixed parameters {number}", touching(crowd(w, 4, 1 + number % 3))
     w = Writer(620)
     masks = lambda w: f'contype="{w.rng.integers(0, 4)}" conaffinity="{w.rng.integers(0, 4)}"'
     for number in range(3):
         w = Writer(620 + number)
-        yield f"bit masks {number}", scene(crowd(w, 6, 2, parameters=masks))
+        yield f"bit masks {number}", touching(crowd(w, 6, 2, parameters=masks))
     w = Writer(630)
     listed = """<contact><exclude body1="b2" body2="b0"/><exclude body1="world" body2="b1"/>
       <pair geom1="g21" geom2="g10"/><pair geom1="g00" geom2="floor" condim="6" friction="0.5 0.6 0.01 0 0.002"/>
       <pair geom1="floor" geom2="g10" margin="0.1" gap="0.05" solref="0.05 0.7" solimp="0.7 0.8 0.01 0.3 4"/>
-      <pair geom1="g00" geom2="g01" condim="4" solreffriction="0.03 0.5"/>
+      <pair geom1="g00" geom2="g11" condim="4" solreffriction="0.03 0.5"/>
       <pair geom1="g21" geom2="g11" condim="1" solref="-300 -20"/></contact>"""
-    yield "pairs and excludes", scene(crowd(w, 3, 2)) .replace("</mujoco>", listed + "</mujoco>")
+    yield "pairs and excludes", touching(crowd(w, 3, 2), listed)
     override = """<option o_margin="0.05" o_solref="0.03 0.5" o_solimp="0.8 0.9 0.01 0.4 3" o_friction="0 2 3 4 5">
       <flag override="enable"/></option>"""
-    pair = '<contact><pair geom1="g00" geom2="floor" condim="6" solreffriction="0.03 0.5"/></contact></mujoco>'
-    yield "override", scene(crowd(Writer(631), 2), rest=override).replace("</mujoco>", pair)
+    pair = '<contact><pair geom1="g00" geom2="floor" condim="6" solreffriction="0.03 0.5"/></contact>'
+    yield "override", touching(crowd(Writer(631), 2), pair, override)
     family = """<body name="a"><joint/><geom size="0.3"/>
       <body><geom size="0.3" pos="0.1 0 0"/><body><joint axis="1 0 0"/><geom size="0.3" pos="0 0.1 0"/>
       <body><joint axis="0 1 0"/><geom size="0.3"/><body><geom size="0.25"/></body></body>
       <body><joint axis="0 0 1" pos="1 0 0"/><geom size="0.3" pos="0.05 0 0"/></body></body></body></body>"""
     statics = '<geom type="plane" size="1 1 1"/><body><geom size="0.4"/><body><joint/><geom size="0.2" pos="0 0.1 0"/></body></body>'
-    yield "families", scene(statics + family)
-    yield "families without filterparent", scene(statics + family, rest='<option><flag filterparent="disable"/></option>')
-    yield "contacts disabled", scene(statics + family, rest='<option><flag contact="disable"/></option>')
-    kinds = "".join(free(f'<geom type="{s}" size="0.3 0.2 0.25"/>', f'pos="{x} 0 0.1"') for s, x in
-                    [("box", 0), ("sphere", 0.1), ("capsule", 9), ("sphere", 0.2), ("ellipsoid", 18), ("cylinder", 27)])
-    yield "order of kinds", scene('<geom type="box" size="20 5 0.2"  contype="0"/>' + kinds + '<geom type="plane" size="9 9 1"/>',
-                                  rest='<default><geom condim="4"/></default>').replace('contype="0"/>', 'contype="0" conaffinity="0"/>')
+    yield "families", touching(statics + family)
+    yield "families without filterparent", touching(statics + family, option='<option><flag filterparent="disable"/></option>')
+    yield "contacts disabled", scene(statics + family)
+    kinds = "".join(
+        free(f'<geom type="{kind}" size="{size}" condim="4" contype="{con}" conaffinity="{aff}"/>', 'pos="0 0 0.1"')
+        for kind, size, con, aff in [
+            ("box", "0.3 0.2 0.25", 1, 1),
+            ("sphere", "0.3", 1, 1),
+            ("capsule", "0.3 0.2", 0, 2),
+            ("sphere", "0.25", 1, 1),
+            ("ellipsoid", "0.3 0.2 0.25", 0, 2),
+            ("cylinder", "0.3 0.2", 0, 2),
+        ]
+    )
+    yield "order of kinds", touching(kinds + '<geom type="plane" size="9 9 1" contype="3" conaffinity="3"/>')
 
 
 def keyframes():
     keys = """<keyframe><key name="up" time="2" qpos="1 2 3 2 0 0 2 0.5 3 4 0 0" qvel="1 2 3 4 5 6 7 8 9 10" ctrl="0.3"/>
-      <key qvel="0 0 0 0 0 0 1 0 0 0"/><key qpos="0 0 0 0 0 0 0 0 0 0 0 0"/></keyframe></mujoco>"""
+      <key qvel="0 0 0 0 0 0 1 0 0 0"/><key qpos="0 0 0 0 0 0 0 0 0 0 0 0"/></keyframe>"""
     world = free('<geom size="0.1"/>', 'pos="1 2 3"') + '<body><joint name="h" ref="30"/><geom size="0.1" pos="1 0 0"/>'
     world += '<body pos="1 0 0"><joint type="ball"/><geom size="0.2"/></body></body>'
     motor = '<actuator><motor joint="h"/></actuator>'
-    yield "keyframes", scene(world).replace("</mujoco>", motor + keys)
+    yield "keyframes", scene(world, end=motor + keys)
 
 
 def tensor(m, b):
@@ -264,6 +292,8 @@ def tensor(m, b):
 def compiled(m):
     d = mujoco.MjData(m)
     mujoco.mj_forward(m, d)
+    inertia = np.zeros((m.nv, m.nv))
+    mujoco.mj_fullM(m, d, inertia)
     limited = lambda j: m.jnt_range[j].tolist() if m.jnt_limited[j] else None
     return {
         "bodies": [
@@ -297,6 +327,7 @@ def compiled(m):
             }
             for g in range(m.ngeom)
         ],
+        "condition": float(np.linalg.cond(inertia)) if m.nv else 1.0,
         "dof_invweight0": m.dof_invweight0.tolist(),
         "qpos0": m.qpos0.tolist(),
         "keys": [[*m.key_qpos[k].tolist(), *m.key_qvel[k].tolist(), *m.key_ctrl[k].tolist()] for k in range(m.nkey)],
