@@ -31,13 +31,13 @@ pub fn find(world: &World, spec: &Spec, log: &mut Log) -> (Pairs, Vec<Mix>) {
     given.iter().for_each(|e| gaps.check(world, e.geom, Some(e.spec)));
     let mut candidates: Vec<[usize; 2]> = Vec::new();
     let mut unlisted = 0;
-    for geom in possible(world, &given, &excluded, on("filterparent")) {
+    each_possible(world, &given, &excluded, on("filterparent"), |geom| {
         gaps.check(world, geom, None);
         unlisted += usize::from(!with_plane(&geom));
         if unlisted <= MOST_LISTED || with_plane(&geom) {
             candidates.push(geom);
         }
-    }
+    });
     gaps.report(world, log);
     let swept = unlisted > MOST_LISTED;
     let over = spec.flags.get("override").copied().unwrap_or(false).then_some(&spec.option);
@@ -114,20 +114,23 @@ fn explicit<'a>(world: &World, spec: &'a Spec, log: &mut Log) -> Vec<Explicit<'a
     found
 }
 
-/// All pairs that the filters let pass and that no `<pair>` replaces.
-fn possible<'a>(
-    world: &'a World,
+/// Hands on all pairs that the filters let pass and that no `<pair>` replaces.
+fn each_possible(
+    world: &World,
     given: &[Explicit],
-    excluded: &'a [(usize, usize)],
+    excluded: &[(usize, usize)],
     filterparent: bool,
-) -> impl Iterator<Item = [usize; 2]> + 'a {
+    mut found: impl FnMut([usize; 2]),
+) {
     let replaced: BTreeSet<(usize, usize)> = given.iter().map(|e| sorted(e.geom)).collect();
     let geoms: Vec<usize> = (0..world.geoms.len()).filter(|&g| collides(&world.geoms[g])).collect();
-    let firsts = geoms.clone().into_iter().enumerate();
-    let pairs = firsts.flat_map(move |(i, a)| geoms[i + 1..].to_vec().into_iter().map(move |b| [a, b]));
-    pairs.filter(move |&[a, b]| {
-        may_touch(&world.bodies, &world.geoms, a, b, filterparent, excluded) && !replaced.contains(&(a, b))
-    })
+    for (i, &a) in geoms.iter().enumerate() {
+        for &b in &geoms[i + 1..] {
+            if may_touch(&world.bodies, &world.geoms, a, b, filterparent, excluded) && !replaced.contains(&(a, b)) {
+                found([a, b]);
+            }
+        }
+    }
 }
 
 fn collides(geom: &Geom) -> bool {

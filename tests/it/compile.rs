@@ -16,7 +16,7 @@ struct Scene {
     bodies: Vec<Body>,
     joints: Vec<Joint>,
     geoms: Vec<Geom>,
-    /// Of the inertia matrix at qpos0.
+    /// Of the inertia matrix at qpos0, tree by tree: the largest.
     condition: f64,
     dof_invweight0: Vec<f64>,
     qpos0: Vec<f64>,
@@ -83,8 +83,8 @@ impl Compare {
     }
 
     fn scaled(&mut self, what: &str, penny: &[f64], mujoco: &[f64], scale: f64) {
-        let difference = penny.iter().zip(mujoco).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
-        if penny.len() != mujoco.len() || !(difference <= self.tolerance * scale.max(1e-9)) {
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= self.tolerance * scale.max(1e-9);
+        if penny.len() != mujoco.len() || !penny.iter().zip(mujoco).all(near) {
             self.differences.push(format!("{}: {what} {penny:?}, MuJoCo {mujoco:?}", self.place));
         }
     }

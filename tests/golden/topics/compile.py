@@ -294,6 +294,7 @@ def compiled(m):
     mujoco.mj_forward(m, d)
     inertia = np.zeros((m.nv, m.nv))
     mujoco.mj_fullM(m, d, inertia)
+    trees = [np.flatnonzero(m.dof_treeid == t) for t in range(m.ntree)]
     limited = lambda j: m.jnt_range[j].tolist() if m.jnt_limited[j] else None
     return {
         "bodies": [
@@ -327,7 +328,7 @@ def compiled(m):
             }
             for g in range(m.ngeom)
         ],
-        "condition": float(np.linalg.cond(inertia)) if m.nv else 1.0,
+        "condition": max([1.0] + [float(np.linalg.cond(inertia[np.ix_(t, t)])) for t in trees]),
         "dof_invweight0": m.dof_invweight0.tolist(),
         "qpos0": m.qpos0.tolist(),
         "keys": [[*m.key_qpos[k].tolist(), *m.key_qvel[k].tolist(), *m.key_ctrl[k].tolist()] for k in range(m.nkey)],
