@@ -16,6 +16,7 @@ pub mod mjcf;
 pub mod model;
 pub mod plot;
 pub mod state;
+pub mod sweep;
 
 use std::path::Path;
 
