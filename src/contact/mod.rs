@@ -1,5 +1,6 @@
 //! Contact laws: depth and rate in, force out. The list [`ALL`] is the only place that knows their names.
 
+pub mod constants;
 pub mod impedance;
 
 use crate::data::Data;
