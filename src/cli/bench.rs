@@ -7,10 +7,10 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use super::Failure;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene};
 use super::scene::{self, MethodArgs, StartArgs};
-use super::Failure;
 use crate::data::Data;
 use crate::forward::{Method, step};
 use crate::model::Model;
@@ -71,7 +71,11 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
     let mut mujoco = args.against.as_ref().map(|_| MuJoCo::start()).transpose()?;
     for case in cases(args)? {
         eprintln!("{}: {}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
-        let mut rows = vec![["law", "integrator", "step", "MuJoCo", "ratio", "contacts", "allocations", "end state"].map(str::to_owned).to_vec()];
+        let mut rows = vec![
+            ["law", "integrator", "step", "MuJoCo", "ratio", "contacts", "allocations", "end state"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
         for contact in args.method.laws() {
             for integrator in args.method.integrators() {
                 let method = Method { contact, integrator, ..args.method.method(&case.model)? };
@@ -155,7 +159,13 @@ fn measure(
         }
     }
     let contacts = data.contacts.len();
-    Ok(Some(Measured { ours: median(ours), theirs: (!theirs.is_empty()).then(|| median(theirs)), contacts, allocations: allocated, hash }))
+    Ok(Some(Measured {
+        ours: median(ours),
+        theirs: (!theirs.is_empty()).then(|| median(theirs)),
+        contacts,
+        allocations: allocated,
+        hash,
+    }))
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

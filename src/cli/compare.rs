@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
+use super::Failure;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene, counterpart};
 use super::scene::{self, LengthArgs, MethodArgs, SceneArg, StartArgs};
-use super::Failure;
 use crate::data::Data;
 use crate::forward::{Method, step};
 use crate::model::Model;
@@ -48,7 +48,13 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     mujoco.warm(0)?;
     let their_seconds = mujoco.batch(steps)? * 1e-9;
 
-    eprintln!("{}: {} of {}, {}", path.display(), count(steps, "step", "steps"), si(method.timestep, "s"), method.integrator.name);
+    eprintln!(
+        "{}: {} of {}, {}",
+        path.display(),
+        count(steps, "step", "steps"),
+        si(method.timestep, "s"),
+        method.integrator.name
+    );
     if !method.integrator.mjcf.contains(&counterpart(&model, &method).as_str()) {
         eprintln!("  MuJoCo has no {}: it runs {}", method.integrator.name, counterpart(&model, &method));
     }
@@ -70,7 +76,8 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     }
     eprint!("{}\n", table(&rows));
 
-    let mut rows = vec![["", "first above 1e-6", "where", "a step", "times MuJoCo's speed"].map(str::to_owned).to_vec()];
+    let mut rows =
+        vec![["", "first above 1e-6", "where", "a step", "times MuJoCo's speed"].map(str::to_owned).to_vec()];
     for (law, rollout) in laws.iter().zip(&ours) {
         let (when, what) = match first_different(rollout, &theirs) {
             Some((i, coordinate)) => (si(i as f64 * method.timestep, "s"), coordinate_name(&model, coordinate)),
@@ -80,7 +87,13 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
         let ratio = their_seconds / rollout.seconds;
         rows.push(vec![law.name.to_owned(), when, what, si(rollout.seconds / n, "s"), short(ratio)]);
     }
-    rows.push(vec!["MuJoCo".into(), String::new(), String::new(), si(their_seconds / steps.max(1) as f64, "s"), "1".into()]);
+    rows.push(vec![
+        "MuJoCo".into(),
+        String::new(),
+        String::new(),
+        si(their_seconds / steps.max(1) as f64, "s"),
+        "1".into(),
+    ]);
     eprint!("{}", table(&rows));
     for (law, rollout) in laws.iter().zip(&ours).filter(|(_, r)| r.rows.len() <= steps) {
         eprintln!("  {}: diverged after {}", law.name, si(rollout.rows.len() as f64 * method.timestep, "s"));

@@ -1,8 +1,8 @@
 //! `penny explain`: what a scene requires, and what its numbers mean.
 
+use super::Failure;
 use super::format::{count, short, si, table};
 use super::scene::{self, MethodArgs, SceneArg};
-use super::Failure;
 use crate::contact::constants::{self, Spring};
 use crate::contact::tutorial;
 use crate::explain::probe::{LARGEST, largest_timestep as probe};
@@ -65,9 +65,15 @@ pub fn requirements(model: &Model) -> Vec<[String; 2]> {
 fn moves(model: &Model) -> String {
     let moving = model.bodies.iter().filter(|b| b.tree.is_some()).count();
     let free = model.trees.iter().filter(|t| t.free.is_some()).count();
-    let mut parts = vec![count(moving, "body", "bodies") + &format!(" with {}", count(model.nv, "degree of freedom", "degrees of freedom"))];
+    let mut parts = vec![
+        count(moving, "body", "bodies")
+            + &format!(" with {}", count(model.nv, "degree of freedom", "degrees of freedom")),
+    ];
     if free > 0 {
-        parts.push(format!("{} free (closed form)", if free == model.trees.len() { "all".into() } else { free.to_string() }));
+        parts.push(format!(
+            "{} free (closed form)",
+            if free == model.trees.len() { "all".into() } else { free.to_string() }
+        ));
     }
     for (i, tree) in model.trees.iter().enumerate().filter(|(_, t)| t.free.is_none()) {
         let kinds = |kind| model.joints.iter().filter(|j| tree.bodies.contains(&j.body) && j.kind == kind).count();
@@ -117,7 +123,11 @@ fn can_touch(model: &Model) -> String {
 pub fn group(touches: &[Touch]) -> Vec<Vec<Touch>> {
     let same = |a: &Touch, b: &Touch| {
         let close = |x: f64, y: f64| (x - y).abs() <= 1e-9 * x.abs();
-        a.mix == b.mix && a.points == b.points && a.rests == b.rests && close(a.mass, b.mass) && close(a.estimate, b.estimate)
+        a.mix == b.mix
+            && a.points == b.points
+            && a.rests == b.rests
+            && close(a.mass, b.mass)
+            && close(a.estimate, b.estimate)
     };
     let mut groups: Vec<Vec<Touch>> = Vec::new();
     for touch in touches {

@@ -41,7 +41,8 @@ impl MuJoCo {
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn();
-        let missing = |why: String| Failure::Problem(format!("error: MuJoCo {VERSION} is needed, but {why}\n{INSTALL}"));
+        let missing =
+            |why: String| Failure::Problem(format!("error: MuJoCo {VERSION} is needed, but {why}\n{INSTALL}"));
         let mut child = child.map_err(|e| missing(format!("{} does not start: {e}", python.display())))?;
         let (Some(requests), Some(answers)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(missing("its pipes are closed".to_owned()));

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::Failure;
 use super::explain::{largest_timestep, requirements};
 use super::format::{count, short, si, table};
 use super::scene::{self, LengthArgs, MethodArgs, SceneArg, StartArgs};
-use super::Failure;
 use crate::data::Data;
 use crate::explain;
 use crate::forward::{Diverged, Method, step};
@@ -53,10 +53,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let steps = args.length.steps(method.timestep);
     eprint!("{}", account(&args.scene.scene, &model, &method, steps));
 
-    let mut outputs = Outputs {
-        csv: args.csv.as_deref().map(|path| Csv::new(create(path)?, &model)).transpose()?,
-        json: args.json.as_deref().map(|path| Json::new(create(path)?, &model, &method)).transpose()?,
-    };
+    let mut outputs = Outputs::default();
+    if let Some(path) = &args.csv {
+        outputs.csv = Some(Csv::new(create(path)?, &model)?);
+    }
+    if let Some(path) = &args.json {
+        outputs.json = Some(Json::new(create(path)?, &model, &method)?);
+    }
     let mut recorder = Recorder::new(&model);
     let mut lines = vec![heading()];
     let mut data = Data::new(&model);
@@ -136,7 +139,9 @@ fn heading() -> Vec<String> {
 /// One line of the table: the centre of mass of all that moves, and so on.
 fn line(state: &State, sample: &Sample) -> Vec<String> {
     // A number that is zero but for rounding reads as zero.
-    let fixed = |x: f64, digits: usize| format!("{:.digits$}", if x.abs() < 0.5 * 0.1f64.powi(digits as i32) { 0.0 } else { x });
+    let fixed = |x: f64, digits: usize| {
+        format!("{:.digits$}", if x.abs() < 0.5 * 0.1f64.powi(digits as i32) { 0.0 } else { x })
+    };
     let mut cells = vec![fixed(state.time, 3)];
     cells.extend(sample.com.iter().map(|&x| fixed(x, 4)));
     cells.push(fixed(sample.speed, 4));
@@ -183,6 +188,7 @@ fn report(model: &Model, method: &Method, data: &Data, diverged: &Diverged) -> S
 }
 
 /// The files, or standard output, that the run is written to.
+#[derive(Default)]
 struct Outputs {
     csv: Option<Csv<Box<dyn Write>>>,
     json: Option<Json<Box<dyn Write>>>,

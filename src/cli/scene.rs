@@ -68,7 +68,8 @@ impl MethodArgs {
         let law = self.contact.as_deref().or(model.contact_law()).unwrap_or(DEFAULT_LAW);
         let integrator = self.integrator.as_deref().unwrap_or(&model.opt.integrator);
         Ok(Method {
-            contact: contact::by_name(law).ok_or_else(|| unknown("contact law", law, contact::ALL.iter().map(|l| l.name)))?,
+            contact: contact::by_name(law)
+                .ok_or_else(|| unknown("contact law", law, contact::ALL.iter().map(|l| l.name)))?,
             integrator: integrate::by_name(integrator)
                 .ok_or_else(|| unknown("integrator", integrator, integrate::ALL.iter().map(|i| i.name)))?,
             timestep: self.timestep.unwrap_or(model.opt.timestep),
@@ -117,8 +118,12 @@ fn apply_key(model: &Model, key: &str, state: &mut State) -> Result<(), Failure>
     let by_name = model.keyframes.iter().find(|k| k.name == key);
     let by_index = || key.parse::<usize>().ok().and_then(|i| model.keyframes.get(i));
     let Some(found) = by_name.or_else(by_index) else {
-        let names: Vec<String> =
-            model.keyframes.iter().enumerate().map(|(i, k)| if k.name.is_empty() { i.to_string() } else { k.name.clone() }).collect();
+        let names: Vec<String> = model
+            .keyframes
+            .iter()
+            .enumerate()
+            .map(|(i, k)| if k.name.is_empty() { i.to_string() } else { k.name.clone() })
+            .collect();
         let has = if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", names.join(", ")) };
         return Err(Failure::Usage(format!("error: the scene has no keyframe `{key}`: {has}")));
     };
