@@ -18,7 +18,7 @@ const SCENE: &str = r#"
 </mujoco>"#;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let model = penny::load_str("scene.xml", SCENE)?;
+    let model = penny::parse("scene.xml", SCENE)?.model;
     let method = Method {
         contact: contact::by_name("penalty").ok_or("no such law")?,
         integrator: integrate::by_name("semi-implicit-euler").ok_or("no such integrator")?,

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::format::count;
 use super::{Failure, scene};
 
 #[derive(clap::Args)]
@@ -14,8 +15,11 @@ pub struct Args {
 pub fn check(args: &Args) -> Result<(), Failure> {
     let mut reports = Vec::new();
     for path in &args.scenes {
-        match scene::load(path) {
-            Ok(_) => eprintln!("{}: fine", path.display()),
+        match scene::read(path) {
+            Ok(read) if read.count == 0 => eprintln!("{}: fine", path.display()),
+            Ok(read) => {
+                eprintln!("{}\n{}: fine, with {}", read.warnings, path.display(), count(read.count, "warning", "warnings"))
+            }
             Err(Failure::Problem(report) | Failure::Usage(report)) => reports.push(report),
         }
     }

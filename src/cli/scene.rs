@@ -1,18 +1,21 @@
 //! Options that several commands share: which scene, computed how, started where, for how long.
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::Failure;
+use crate::Scene;
 use crate::contact::{self, Law};
 use crate::forward::Method;
 use crate::integrate::{self, Integrator};
-use crate::model::{JointKind, Model};
+use crate::mjcf;
+use crate::model::{Joint, JointKind, Model};
 use crate::state::State;
 
 /// Contact law of scenes that do not name one.
-const DEFAULT_LAW: &str = "penalty";
+pub const DEFAULT_LAW: &str = "penalty";
 /// s
 const DEFAULT_TIME: f64 = 3.0;
 
@@ -152,7 +155,7 @@ fn set(name: &str, given: &Option<Numbers>, to: &mut [f64], meaning: impl Fn() -
 
 /// What each number of `qpos` or `qvel` is: "disk (vx vy vz wx wy wz), …".
 fn joint_list(model: &Model, names: fn(JointKind) -> &'static str) -> String {
-    let one = |j: &crate::model::Joint| {
+    let one = |j: &Joint| {
         let name = if j.name.is_empty() { &model.bodies[j.body].name } else { &j.name };
         match names(j.kind) {
             "" => name.clone(),
@@ -188,9 +191,34 @@ impl LengthArgs {
     }
 }
 
-/// Reads and compiles a scene. Warnings are printed; errors are the failure.
+/// A scene, and what it was warned about.
+pub struct Read {
+    pub model: Model,
+    /// The report, for people.
+    pub warnings: String,
+    pub count: usize,
+}
+
+/// Reads and compiles a scene.
+///
+/// Errors: the report of all that is wrong with it.
+pub fn read(path: &Path) -> Result<Read, Failure> {
+    let colour = std::io::stderr().is_terminal();
+    match crate::load(path) {
+        Ok(Scene { document, model, warnings }) => {
+            Ok(Read { model, warnings: mjcf::render(&document, &warnings, colour), count: warnings.len() })
+        }
+        Err(failure) => Err(Failure::Problem(mjcf::render(&failure.document, &failure.problems, colour))),
+    }
+}
+
+/// Reads a scene to work with; warnings are printed.
 pub fn load(path: &Path) -> Result<Model, Failure> {
-    todo!("{path:?}")
+    let read = read(path)?;
+    if read.count > 0 {
+        eprintln!("{}", read.warnings);
+    }
+    Ok(read.model)
 }
 
 fn law_parser() -> impl TypedValueParser<Value = String> {

@@ -77,7 +77,7 @@ fn scene(model: &Model, method: &Method, touch: &Touch) -> Option<Model> {
         join(&mix.solref),
         join(&mix.solimp),
     );
-    crate::load_str("probe", &text).ok()
+    crate::parse("probe.xml", &text).ok().map(|scene| scene.model)
 }
 
 /// Whether a displacement from rest stays small.

@@ -15,7 +15,9 @@ fn folder() -> PathBuf {
 }
 
 fn load(name: &str) -> Model {
-    penny::load(&folder().join(name)).unwrap_or_else(|e| panic!("{name}:\n{e}"))
+    let scene = penny::load(&folder().join(name)).unwrap_or_else(|e| panic!("{name}:\n{e}"));
+    assert!(scene.warnings.is_empty(), "{name}: {:?}", scene.warnings);
+    scene.model
 }
 
 /// The names of all scenes, in order.

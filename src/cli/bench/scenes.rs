@@ -20,7 +20,7 @@ pub fn all() -> Result<Vec<Case>, Failure> {
 }
 
 fn case(name: &str, text: String, qvel: Option<&[f64]>) -> Result<Case, Failure> {
-    let model = crate::load_str(name, &text).map_err(Failure::Problem)?;
+    let model = crate::parse(name, &text).map_err(|f| Failure::Problem(f.to_string()))?.model;
     let mut start = State::new(&model);
     if let Some(qvel) = qvel {
         start.qvel.copy_from_slice(qvel);
