@@ -1,0 +1,113 @@
+//! The largest stable timestep, measured: a point on a contact's spring, with each law and integrator as they are.
+//!
+//! A formula would be another one for each integrator and law (`constants::semi_implicit_limit` is one). Instead a
+//! small scene is simulated: one body that can only move along the normal, at rest on a plane with the contact's
+//! parameters, displaced by a nanometre. If that displacement grows, the step is too large.
+
+use crate::data::Data;
+use crate::explain::Touch;
+use crate::forward::{Method, forward, step};
+use crate::model::{Cone, Model};
+use crate::state::State;
+
+/// Timesteps above this are not tried, s.
+pub const LARGEST: f64 = 1.0;
+/// Timesteps below this are not tried, s.
+const SMALLEST: f64 = 1e-7;
+const STEPS: usize = 3000;
+/// m
+const DISPLACEMENT: f64 = 1e-9;
+/// m/s²; the weight decides how deep it rests, and with it the impedance.
+const GRAVITY: f64 = 9.81;
+
+/// The largest timestep at which the pair does not shake itself apart under the law and integrator of `method`;
+/// [`LARGEST`] where none is too large.
+///
+/// Out: s.
+pub fn largest_timestep(model: &Model, method: &Method, touch: &Touch) -> Option<f64> {
+    let scene = scene(model, method, touch)?;
+    let stable = |h: f64| stable(&scene, &Method { timestep: h, ..*method });
+    // REFSAFE softens contacts as the step grows, so stability can come back: look for the first step that fails.
+    let mut good = SMALLEST;
+    let mut bad = loop {
+        let next = good * 1.2;
+        if next >= LARGEST {
+            return Some(LARGEST);
+        }
+        if !stable(next) {
+            break next;
+        }
+        good = next;
+    };
+    while bad / good > 1.001 {
+        let middle = (good * bad).sqrt();
+        if stable(middle) { good = middle } else { bad = middle }
+    }
+    Some(good)
+}
+
+/// The body on its spring. `None` if the pair cannot be put so (nothing of it moves).
+fn scene(model: &Model, method: &Method, touch: &Touch) -> Option<Model> {
+    let mix = &model.mixes[touch.mix];
+    // The tutorial's k and c belong to a point, the others' to a body.
+    let mass = if method.contact.name == "tutorial" { touch.lightest } else { touch.mass };
+    let cone = if model.opt.cone == Cone::Elliptic { "elliptic" } else { "pyramidal" };
+    let join = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    let numeric = |name: &str, value: Option<f64>| {
+        value.map(|v| format!(r#"<numeric name="penny.{name}" data="{v}"/>"#)).unwrap_or_default()
+    };
+    let tutorial = &model.tutorial;
+    let text = format!(
+        r#"<mujoco>
+          <option gravity="0 0 -{GRAVITY}" cone="{cone}" impratio="{}"><flag refsafe="{}"/></option>
+          <custom>{}{}{}</custom>
+          <default><geom condim="{}" friction="{}" solref="{}" solimp="{}"/></default>
+          <worldbody>
+            <geom type="plane" size="1 1 1"/>
+            <body pos="0 0 0.01"><joint type="slide" axis="0 0 1"/><geom type="sphere" size="0.01" mass="{mass}"/></body>
+          </worldbody>
+        </mujoco>"#,
+        model.opt.impratio,
+        if model.opt.flags.refsafe { "enable" } else { "disable" },
+        numeric("k", tutorial.k),
+        numeric("c", tutorial.c),
+        numeric("alpha", tutorial.alpha),
+        mix.condim,
+        join(&[mix.friction[0], mix.friction[2], mix.friction[3]]),
+        join(&mix.solref),
+        join(&mix.solimp),
+    );
+    crate::parse("probe.xml", &text).ok().map(|scene| scene.model)
+}
+
+/// Whether a displacement from rest stays small.
+fn stable(scene: &Model, method: &Method) -> bool {
+    let mut state = State::new(scene);
+    let mut data = Data::new(scene);
+    let rest = rest(scene, method, &mut state, &mut data);
+    state.qpos[0] = rest + DISPLACEMENT;
+    let mut largest: f64 = 0.0;
+    for i in 0..STEPS {
+        if step(scene, method, &mut state, &mut data).is_err() {
+            return false;
+        }
+        if i >= STEPS / 2 {
+            largest = largest.max((state.qpos[0] - rest).abs());
+        }
+    }
+    largest < 2.0 * DISPLACEMENT
+}
+
+/// Where the law holds the weight: qpos at which nothing accelerates, by bisection.
+fn rest(scene: &Model, method: &Method, state: &mut State, data: &mut Data) -> f64 {
+    let (mut low, mut high) = (-1e3, 0.0);
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            return middle;
+        }
+        state.qpos[0] = middle;
+        forward(scene, method, state, data);
+        if data.qacc[0] > 0.0 { low = middle } else { high = middle }
+    }
+}
