@@ -5,8 +5,14 @@
 //!
 //! Not part of a step: all of this only runs and looks.
 
+pub mod cost;
+pub mod diagram;
 pub mod formulas;
+pub mod grid;
+pub mod reference;
+pub mod trajectory;
 pub mod truth;
+pub mod validation;
 
 use crate::model::Model;
 use crate::state::State;

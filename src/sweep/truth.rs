@@ -275,6 +275,14 @@ pub const ALL: &[Truth] = &[
         reduce: Reduce::Last,
     },
     Truth {
+        name: "stop-time",
+        quantity: "time at which the speed falls to 1 mm/s [s]",
+        about: "t = v₀/(μ g)",
+        exact: |case, _| Some((v0(case)[0] - SLIP) / (-mu(case)? * g(case).z)),
+        signal: |v| v.state.qvel[0],
+        reduce: Reduce::Until(SLIP),
+    },
+    Truth {
         name: "topple",
         quantity: "1 if it tipped",
         about: "a block tips if tan θ > b/h",

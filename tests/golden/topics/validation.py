@@ -143,12 +143,21 @@ def ball(k, attributes=""):
 
 
 ELLIPTIC = 'cone="elliptic"'
-REST = 0.0999
+# Constant impedance, so that the depth of rest is known and the start is at rest.
+PLAIN = 'solimp="0.95 0.95 .001"'
+
+
+def rest(half, contacts=1, degrees=0.0):
+    """Height of the centre at rest: depth (1 − d) g cos θ (τζ)²/n."""
+    return half - 0.05 * G * math.cos(degrees * DEGREE) * 0.02**2 / contacts
+
+
+REST = rest(0.1)
 
 
 def slide_to_roll(name, k, cone):
     mu, v0, x = 0.4, 2.0, scene
-    xml = lambda truth: x(truth, GROUND + ball(k), free(REST, v0), cone, f'condim="3" friction="{mu} 0 0"')
+    xml = lambda truth: x(truth, GROUND + ball(k), free(REST, v0), cone, f'{PLAIN} condim="3" friction="{mu} 0 0"')
     slip_end = v0 * k / ((1 + k) * mu * G)
     end = v0 / (1 + k)
     yield f"{name}: speed after sliding", "slide-to-roll-speed", xml, 1.0, end, last(lambda m, d: d.qvel[0])
@@ -164,7 +173,7 @@ def down(name, k, degrees, mu):
     rolls = math.tan(theta) <= mu * (1 + k) / k
     a = G * math.sin(theta) / (1 + k) if rolls else G * (math.sin(theta) - mu * math.cos(theta))
     xml = lambda truth: scene(truth, GROUND + ball(k), free(REST), f"{ELLIPTIC} {slope(degrees)}",
-                              f'condim="3" friction="{mu} 0 0"')
+                              f'{PLAIN} condim="3" friction="{mu} 0 0"')
     yield f"{name}: acceleration", "incline", xml, 1.0, a, rate(lambda m, d: d.qvel[0])
 
 
@@ -174,21 +183,21 @@ def pushed(name, k, force, mu):
     motor = '<actuator><motor joint="push" gear="1 0 0 0 0 0"/></actuator>'
     body = ball(k).replace("<freejoint/>", '<freejoint name="push"/>')
     start = f'{free(REST)} ctrl="{force!r}"'
-    xml = lambda truth: scene(truth, GROUND + body, start, ELLIPTIC, f'condim="3" friction="{mu} 0 0"', motor)
+    xml = lambda truth: scene(truth, GROUND + body, start, ELLIPTIC, f'{PLAIN} condim="3" friction="{mu} 0 0"', motor)
     yield f"{name}: acceleration", "push", xml, 1.0, a, rate(lambda m, d: d.qvel[0])
 
 
 def resistance(delta):
     k, v0 = 0.4, 1.0
     xml = lambda truth: scene(truth, GROUND + ball(k), free(REST, v0, wy=10.0), ELLIPTIC,
-                              f'condim="6" friction="1 0.0001 {delta!r}"')
+                              f'{PLAIN} condim="6" friction="1 0.0001 {delta!r}"')
     exact = -delta * G / (0.1 * (1 + k))
     yield f"rolling resistance, {delta:g} m", "rolling-resistance", xml, 1.0, exact, rate(lambda m, d: d.qvel[0])
 
 
 def spin_down():
     xml = lambda truth: scene(truth, GROUND + ball(0.4), free(REST, wz=50.0), ELLIPTIC,
-                              'condim="4" friction="1 0.005 0"')
+                              f'{PLAIN} condim="4" friction="1 0.005 0"')
     yield ("spinning ball: deceleration", "spin-down", xml, 1.0, -0.005 * G / 0.004,
            rate(lambda m, d: d.qvel[5]))
 
@@ -230,10 +239,13 @@ BOX = '<body name="box"><freejoint/><geom name="box" type="box" size="0.1 0.1 0.
 
 def block(degrees, mu, seconds=1.0):
     theta = degrees * DEGREE
-    xml = lambda truth: scene(truth, GROUND + BOX, free(REST), f"{ELLIPTIC} {slope(degrees)}", f'friction="{mu} 0 0"')
     if math.tan(theta) <= mu:
+        # MuJoCo's default impedance: there it creeps most.
+        xml = lambda truth: scene(truth, GROUND + BOX, free(0.0999), f"{ELLIPTIC} {slope(degrees)}", f'friction="{mu} 0 0"')
         yield f"block that sticks at {degrees}°: speed", "creep", xml, seconds, 0.0, last(lambda m, d: d.qvel[0])
         return
+    xml = lambda truth: scene(truth, GROUND + BOX, free(rest(0.1, 4, degrees)), f"{ELLIPTIC} {slope(degrees)}",
+                              f'{PLAIN} friction="{mu} 0 0"')
     a = G * (math.sin(theta) - mu * math.cos(theta))
     yield (f"block that slides at {degrees}°: acceleration", "block-acceleration", xml, seconds, a,
            rate(lambda m, d: d.qvel[0]))
@@ -251,22 +263,27 @@ def block(degrees, mu, seconds=1.0):
 
 
 def stop():
-    xml = lambda truth: scene(truth, GROUND + BOX, free(REST, 3.0), ELLIPTIC, 'friction="0.5 0 0"')
-    yield "block that stops: path", "stop-path", xml, 1.5, 9 / (2 * 0.5 * G), last(lambda m, d: d.qpos[0])
+    mu, v0, limit = 0.5, 3.0, 1e-3
+    xml = lambda truth: scene(truth, GROUND + BOX, free(rest(0.1, 4), v0), ELLIPTIC, f'{PLAIN} friction="{mu} 0 0"')
+    yield "block that stops: path", "stop-path", xml, 1.5, v0**2 / (2 * mu * G), last(lambda m, d: d.qpos[0])
+    yield ("block that stops: time", "stop-time", xml, 1.5, (v0 - limit) / (mu * G),
+           until(limit, lambda m, d: d.qvel[0]))
 
 
 def topple(degrees):
     """Half height 0.2 m on half width 0.1 m: tips beyond arctan 1/2 = 26.57°."""
     body = BOX.replace("0.1 0.1 0.1", "0.1 0.1 0.2")
     tips = float(math.tan(degrees * DEGREE) > 0.5)
-    xml = lambda truth: scene(truth, GROUND + body, free(0.2 - 1e-5), f"{ELLIPTIC} {slope(degrees)}", 'friction="1 0 0"')
+    xml = lambda truth: scene(truth, GROUND + body, free(rest(0.2, 4, degrees)), f"{ELLIPTIC} {slope(degrees)}",
+                              f'{PLAIN} friction="1 0 0"')
     yield (f"tall block at {degrees}° tips", "topple", xml, 3.0, tips,
            last(lambda m, d: float(rotation(d)[2, 2] < 0.7)))
 
 
 def load_share():
     degrees = 15
-    xml = lambda truth: scene(truth, GROUND + BOX, free(REST), f"{ELLIPTIC} {slope(degrees)}", 'friction="1 0 0"')
+    xml = lambda truth: scene(truth, GROUND + BOX, free(rest(0.1, 4, degrees)), f"{ELLIPTIC} {slope(degrees)}",
+                              f'{PLAIN} friction="1 0 0"')
 
     def share(m, d):
         found = forces(m, d)
