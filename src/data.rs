@@ -3,6 +3,8 @@
 //! Nothing here has to be saved. All buffers reach their final size in the first step, so later steps do not
 //! allocate. Per-body arrays are indexed like `model.bodies`.
 
+use crate::contact::mujoco;
+use crate::contact::mujoco::solver::Outcome;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
 use crate::model::Model;
 
@@ -45,6 +47,11 @@ pub struct Data {
     /// Generalized force of contacts, limits and dry friction (nv).
     pub qfrc_constraint: Vec<f64>,
     pub counts: Counts,
+    /// Of the `mujoco` law's last solve: the island that took most.
+    pub solver: Outcome,
+
+    // Scratch of the contact laws.
+    pub mujoco: mujoco::Scratch,
 }
 
 /// A body as the contact laws see it: a twist at the centre of mass of the rigid body it belongs to.
@@ -143,6 +150,8 @@ impl Data {
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             counts: Counts::default(),
+            solver: Outcome::default(),
+            mujoco: mujoco::Scratch::default(),
         }
     }
 }

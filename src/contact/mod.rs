@@ -1,6 +1,7 @@
 //! Contact laws: depth and rate in, force out. The list [`ALL`] is the only place that knows their names.
 
 pub mod impedance;
+pub mod mujoco;
 
 use crate::data::Data;
 use crate::forward::Method;
@@ -18,7 +19,7 @@ pub struct Law {
     pub solve: fn(&Model, &Method, &State, &mut Data),
 }
 
-pub const ALL: &[&Law] = &[];
+pub static ALL: &[&Law] = &[&mujoco::LAW];
 
 /// The law of that name.
 pub fn by_name(name: &str) -> Option<&'static Law> {
