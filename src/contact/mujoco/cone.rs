@@ -44,6 +44,7 @@ const BETWEEN: Zone = 1;
 const INSIDE: Zone = 2;
 
 /// Second derivatives of s(x).
+#[expect(clippy::large_enum_variant, reason = "lives on the stack for a few lines")]
 pub enum Curvature {
     Zero,
     Diagonal([f64; 6]),
