@@ -3,6 +3,7 @@
 //! Nothing here has to be saved. All buffers reach their final size in the first step, so later steps do not
 //! allocate. Per-body arrays are indexed like `model.bodies`.
 
+use crate::collision::detect::Scratch;
 use crate::contact::mujoco;
 use crate::contact::mujoco::solver::Outcome;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
@@ -40,6 +41,7 @@ pub struct Data {
 
     // Contacts.
     pub contacts: Vec<Contact>,
+    pub detect: Scratch,
 
     // Result.
     /// Acceleration (nv).
@@ -147,6 +149,7 @@ impl Data {
             qld: vec![0.0; size],
             m_adr,
             contacts: Vec::new(),
+            detect: Scratch::default(),
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             counts: Counts::default(),
