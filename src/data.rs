@@ -3,6 +3,7 @@
 //! Nothing here has to be saved. All buffers reach their final size in the first step, so later steps do not
 //! allocate. Per-body arrays are indexed like `model.bodies`.
 
+use crate::collision::detect::Scratch;
 use crate::dynamics;
 use crate::dynamics::plan::Plan;
 use crate::dynamics::spatial::Inertia;
@@ -61,6 +62,7 @@ pub struct Data {
 
     // Contacts.
     pub contacts: Vec<Contact>,
+    pub detect: Scratch,
 
     // Result.
     /// Acceleration (nv).
@@ -193,6 +195,7 @@ impl Data {
             crb: vec![Inertia::default(); n],
             stages: Stages::new(model.nq, model.nv, size),
             contacts: Vec::new(),
+            detect: Scratch::default(),
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             counts: Counts::default(),
