@@ -217,6 +217,21 @@ impl Island {
         }
     }
 
+    /// Evaluates all constraints at the start of the vectors.
+    pub fn evaluate_at_start(&mut self, model: &Model, data: &Data) {
+        let (problem, vectors, constraints) = self.problem(model, data);
+        problem.multiply_j(&vectors.a, Into::X, constraints);
+        for c in constraints {
+            c.cone.cost(&c.x, &mut c.force);
+        }
+    }
+
+    /// Row k of constraint i, as parts: tree and numbers.
+    pub fn split_row(&self, i: usize, k: usize) -> Vec<(usize, &[f64])> {
+        let parts = &self.parts[i];
+        parts.parts[..parts.count].iter().map(|p| (self.units[p.unit].tree, self.row(p, k))).collect()
+    }
+
     fn row(&self, part: &Part, k: usize) -> &[f64] {
         &self.jac[part.start + k * part.n..][..part.n]
     }

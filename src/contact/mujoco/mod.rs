@@ -9,6 +9,7 @@
 
 pub mod blocks;
 pub mod cone;
+pub mod efc;
 pub mod free;
 pub mod island;
 pub mod rows;
