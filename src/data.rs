@@ -75,7 +75,7 @@ pub struct Data {
     /// Of the `mujoco` law's last solve: the island that took most.
     pub solver: Outcome,
 
-    // Scratch of the contact laws.
+    /// Scratch of the `mujoco` law.
     pub mujoco: mujoco::Scratch,
 }
 
@@ -149,6 +149,8 @@ pub struct Stages {
     /// State at the start of the step.
     pub qpos: Vec<f64>,
     pub qvel: Vec<f64>,
+    /// How positions change during a stage (nv).
+    pub rate: Vec<f64>,
     /// Weighted sums over the stages (nv), or the acceleration that an implicit update uses.
     pub vel: Vec<f64>,
     pub acc: Vec<f64>,
@@ -158,7 +160,14 @@ pub struct Stages {
 
 impl Stages {
     fn new(nq: usize, nv: usize, size: usize) -> Stages {
-        Stages { qpos: vec![0.0; nq], qvel: vec![0.0; nv], vel: vec![0.0; nv], acc: vec![0.0; nv], qh: vec![0.0; size] }
+        Stages {
+            qpos: vec![0.0; nq],
+            qvel: vec![0.0; nv],
+            rate: vec![0.0; nv],
+            vel: vec![0.0; nv],
+            acc: vec![0.0; nv],
+            qh: vec![0.0; size],
+        }
     }
 }
 

@@ -24,8 +24,8 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
     data.qfrc_actuator.fill(0.0);
     for (i, actuator) in model.actuators.iter().enumerate() {
         let joint = &model.joints[actuator.joint];
-        let (gear, n) = gear(model, actuator);
-        let velocity: f64 = (0..n).map(|k| gear[k] * state.qvel[joint.dofadr + k]).sum();
+        let gear = gear(model, actuator);
+        let velocity: f64 = gear.iter().zip(&state.qvel[joint.dofadr..]).map(|(g, v)| g * v).sum();
         let mut ctrl = state.ctrl[i];
         if let (Some([low, high]), true) = (actuator.ctrlrange, model.opt.flags.clampctrl) {
             ctrl = ctrl.max(low).min(high);
@@ -39,15 +39,15 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
             force = force.max(low).min(high);
         }
         data.actuator_force[i] = force;
-        for k in 0..n {
-            data.qfrc_actuator[joint.dofadr + k] += gear[k] * force;
+        for (f, g) in data.qfrc_actuator[joint.dofadr..].iter_mut().zip(gear) {
+            *f += g * force;
         }
     }
 }
 
-/// Gear numbers that count, and how many: those of the joint's dofs.
-pub fn gear<'a>(model: &Model, actuator: &'a Actuator) -> (&'a [f64; 6], usize) {
-    (&actuator.gear, model.joints[actuator.joint].kind.nv())
+/// The gear numbers that count: one for each dof of the joint.
+pub fn gear<'a>(model: &Model, actuator: &'a Actuator) -> &'a [f64] {
+    &actuator.gear[..model.joints[actuator.joint].kind.nv()]
 }
 
 fn length(model: &Model, actuator: &Actuator, qpos: &[f64]) -> f64 {

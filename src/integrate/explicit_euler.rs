@@ -1,4 +1,4 @@
-use super::{Integrator, displace};
+use super::{Integrator, add_scaled, displace};
 use crate::data::Data;
 use crate::forward::{Method, forward};
 use crate::model::Model;
@@ -20,8 +20,6 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     forward(model, method, state, data);
     state.remember(data);
     displace(model, &mut state.qpos, &state.qvel, h);
-    for (v, a) in state.qvel.iter_mut().zip(&data.qacc) {
-        *v += h * a;
-    }
+    add_scaled(&mut state.qvel, h, &data.qacc);
     state.time += h;
 }

@@ -1,4 +1,4 @@
-use super::{Integrator, displace};
+use super::{Integrator, add_scaled, displace};
 use crate::data::Data;
 use crate::dynamics::{actuation, inertia};
 use crate::forward::{Method, forward};
@@ -44,9 +44,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
             None => {}
         }
     }
-    for (v, a) in state.qvel.iter_mut().zip(&data.stages.acc) {
-        *v += h * a;
-    }
+    add_scaled(&mut state.qvel, h, &data.stages.acc);
     displace(model, &mut state.qpos, &state.qvel, h);
     state.time += h;
 }
@@ -129,11 +127,11 @@ fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
     for (actuator, &force) in model.actuators.iter().zip(actuator_force.iter()) {
         let first = model.joints[actuator.joint].dofadr;
         if dofs.contains(&first) {
-            let (gear, count) = actuation::gear(model, actuator);
+            let gear = actuation::gear(model, actuator);
             let gain = actuation::velocity_gain(actuator, force);
-            for i in 0..count {
-                for j in 0..count {
-                    qh[(first - dofs.start + i) * n + first - dofs.start + j] -= h * gain * gear[i] * gear[j];
+            for (i, a) in gear.iter().enumerate() {
+                for (j, b) in gear.iter().enumerate() {
+                    qh[(first - dofs.start + i) * n + first - dofs.start + j] -= h * gain * a * b;
                 }
             }
         }

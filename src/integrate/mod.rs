@@ -65,11 +65,9 @@ fn displace_quat(q: &mut [f64], w: &[f64], h: f64) {
     q.copy_from_slice(&wxyz(&turned));
 }
 
-/// First dof of every free or ball joint's rotation.
-pub fn rotations(model: &Model) -> impl Iterator<Item = usize> + '_ {
-    model.joints.iter().filter_map(|joint| match joint.kind {
-        JointKind::Free => Some(joint.dofadr + 3),
-        JointKind::Ball => Some(joint.dofadr),
-        JointKind::Slide | JointKind::Hinge => None,
-    })
+/// y ← y + a x
+fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += a * x;
+    }
 }

@@ -1,8 +1,8 @@
-use super::{Integrator, displace, rotations};
+use super::{Integrator, add_scaled, displace};
 use crate::data::Data;
 use crate::forward::{Method, forward};
 use crate::math::{Vec3, vec3};
-use crate::model::Model;
+use crate::model::{JointKind, Model};
 use crate::state::State;
 
 pub const METHOD: Integrator = Integrator {
@@ -19,53 +19,60 @@ const WEIGHT: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
 /// The classical Runge–Kutta method of fourth order, on rotations as Munthe-Kaas has it.
 ///
-///     stage i:  q_i = q ⊕ h c_i v_(i−1),   v_i = v + h c_i a_(i−1),   a_i = a(q_i, v_i)
+///     stage i:  q_i = q ⊕ h c_i k_(i−1),   v_i = v + h c_i a_(i−1),   a_i = a(q_i, v_i)
+///     k_i = v_i, but for angular velocities k_i = dexp⁻¹(h c_i k_(i−1), v_i)
 ///     v ← v + h Σ b_i a_i,   q ← q ⊕ h Σ b_i k_i
-///     k_i = v_i, but for angular velocities k_i = dexp⁻¹(θ_i, ω_i),   θ_i = h c_i ω_(i−1)
 ///
 /// Source: MuJoCo 4.0 manual, Computation › Numerical integration; Munthe-Kaas, BIT 38 (1998).
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let (h, time) = (method.timestep, state.time);
     forward(model, method, state, data);
     state.remember(data);
-    let Data { stages, qacc, .. } = data;
-    stages.qpos.copy_from_slice(&state.qpos);
-    stages.qvel.copy_from_slice(&state.qvel);
-    for (i, (v, a)) in state.qvel.iter().zip(qacc.iter()).enumerate() {
-        stages.vel[i] = WEIGHT[0] * v;
-        stages.acc[i] = WEIGHT[0] * a;
-    }
+    let Data { stages: s, qacc, .. } = data;
+    s.qpos.copy_from_slice(&state.qpos);
+    s.qvel.copy_from_slice(&state.qvel);
+    s.rate.copy_from_slice(&state.qvel);
+    s.vel.fill(0.0);
+    s.acc.fill(0.0);
+    add_scaled(&mut s.vel, WEIGHT[0], &s.rate);
+    add_scaled(&mut s.acc, WEIGHT[0], qacc);
     for (c, b) in STAGE.into_iter().zip(&WEIGHT[1..]) {
         let step = c * h;
+        let Data { stages: s, qacc, .. } = data;
         state.time = time + step;
-        state.qpos.copy_from_slice(&data.stages.qpos);
-        displace(model, &mut state.qpos, &state.qvel, step);
-        // The rotation that led here is still in qvel: correct with it while the new velocity replaces it.
-        let Data { stages, qacc, .. } = data;
-        for d in rotations(model) {
-            let theta = step * vec3(&state.qvel[d..]);
-            let next = Vec3::from_fn(|i, _| stages.qvel[d + i] + step * qacc[d + i]);
-            let correction = dexp_inv(&theta, &next) - next;
-            for i in 0..3 {
-                stages.vel[d + i] += b * correction[i];
-            }
-        }
-        for i in 0..model.nv {
-            state.qvel[i] = stages.qvel[i] + step * qacc[i];
-            stages.vel[i] += b * state.qvel[i];
-        }
+        state.qpos.copy_from_slice(&s.qpos);
+        displace(model, &mut state.qpos, &s.rate, step);
+        state.qvel.copy_from_slice(&s.qvel);
+        add_scaled(&mut state.qvel, step, qacc);
+        correct(model, &state.qvel, step, &mut s.rate);
         forward(model, method, state, data);
-        for (sum, a) in data.stages.acc.iter_mut().zip(&data.qacc) {
-            *sum += b * a;
+        let Data { stages: s, qacc, .. } = data;
+        add_scaled(&mut s.vel, *b, &s.rate);
+        add_scaled(&mut s.acc, *b, qacc);
+    }
+    let s = &data.stages;
+    state.qpos.copy_from_slice(&s.qpos);
+    displace(model, &mut state.qpos, &s.vel, h);
+    state.qvel.copy_from_slice(&s.qvel);
+    add_scaled(&mut state.qvel, h, &s.acc);
+    // As MuJoCo: its solver starts from the last stage.
+    state.qacc_warmstart.copy_from_slice(&data.qacc);
+    state.time = time + h;
+}
+
+/// The rates k of a stage from its velocities; `rate` holds those of the stage before, which led here in `step`.
+fn correct(model: &Model, qvel: &[f64], step: f64, rate: &mut [f64]) {
+    for joint in &model.joints {
+        let (first, n) = (joint.dofadr, joint.kind.nv());
+        // The numbers that are not an angular velocity come first.
+        let linear = if matches!(joint.kind, JointKind::Free | JointKind::Ball) { n - 3 } else { n };
+        rate[first..first + linear].copy_from_slice(&qvel[first..first + linear]);
+        if linear < n {
+            let spin = first + linear..first + n;
+            let k = dexp_inv(&(step * vec3(&rate[spin.clone()])), &vec3(&qvel[spin.clone()]));
+            rate[spin].copy_from_slice(k.as_slice());
         }
     }
-    let stages = &data.stages;
-    state.qpos.copy_from_slice(&stages.qpos);
-    displace(model, &mut state.qpos, &stages.vel, h);
-    for i in 0..model.nv {
-        state.qvel[i] = stages.qvel[i] + h * stages.acc[i];
-    }
-    state.time = time + h;
 }
 
 /// The rate of a rotation vector θ at which exp θ turns with the angular velocity ω (body axes).

@@ -1,4 +1,4 @@
-use super::{Integrator, displace};
+use super::{Integrator, add_scaled, displace};
 use crate::data::Data;
 use crate::dynamics::inertia;
 use crate::forward::{Method, forward};
@@ -30,9 +30,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
             damp(model, t, h, data);
         }
         let acc = if damped { &data.stages.acc[dofs.clone()] } else { &data.qacc[dofs.clone()] };
-        for (v, a) in state.qvel[dofs].iter_mut().zip(acc) {
-            *v += h * a;
-        }
+        add_scaled(&mut state.qvel[dofs], h, acc);
     }
     displace(model, &mut state.qpos, &state.qvel, h);
     state.time += h;
