@@ -49,6 +49,9 @@ struct Snapshot {
     force: Option<Vec<f64>>,
 }
 
+/// m/s²
+const GRAVITY: f64 = 9.81;
+
 fn golden() -> Golden {
     serde_json::from_str(include_str!("../golden/mujoco_law.json")).expect("the golden file is JSON of this form")
 }
@@ -83,13 +86,14 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |m, (a, b)| if (a - b).is_nan() { f64::INFINITY } else { (a - b).abs().max(m) })
 }
 
-/// Appends a line to the report unless `ours` is `theirs` within `tolerance` of its largest number.
-fn check(report: &mut String, what: &str, ours: &[f64], theirs: &[f64], tolerance: f64) {
+/// Appends a line to the report unless `ours` is `theirs` within `tolerance` of its largest number, or of `scale`:
+/// the size of the numbers that it is a difference of.
+fn check(report: &mut String, what: &str, ours: &[f64], theirs: &[f64], scale: f64, tolerance: f64) {
     if ours.len() != theirs.len() {
         writeln!(report, "{what}: {} numbers, MuJoCo has {}", ours.len(), theirs.len()).unwrap();
         return;
     }
-    let relative = difference(ours, theirs) / size(theirs).max(1e-9);
+    let relative = difference(ours, theirs) / size(theirs).max(scale);
     if relative > tolerance {
         writeln!(report, "{what}: {relative:.1e} off").unwrap();
     }
@@ -118,17 +122,17 @@ fn one_step_from_mujocos_states() {
             // The tutorial's disk: edges of the pyramid all but parallel and R of 2e-12, so forces keep 4 digits and
             // accelerations 12 (MuJoCo's own differ as much between its solvers).
             let (forces, accelerations) = if case.name == "disk pyramidal" { (1e-2, 1e-9) } else { (1e-9, 1e-9) };
-            check(&mut report, &label("qacc"), &data.qacc, &there.qacc, accelerations);
-            check(&mut report, &label("qfrc_constraint"), &data.qfrc_constraint, &there.qfrc_constraint, forces);
+            check(&mut report, &label("qacc"), &data.qacc, &there.qacc, GRAVITY, accelerations);
+            check(&mut report, &label("qfrc_constraint"), &data.qfrc_constraint, &there.qfrc_constraint, 0.01, forces);
             let ours: Vec<f64> = data.contacts.iter().flat_map(|c| c.force).collect();
-            check(&mut report, &label("contact forces"), &ours, there.contact_force.as_flattened(), forces);
+            check(&mut report, &label("contact forces"), &ours, there.contact_force.as_flattened(), 0.01, forces);
             if let (Some(jac), Some(r), Some(aref), Some(force)) = (&there.jac, &there.r, &there.aref, &there.force) {
                 let column = |f: fn(&efc::Row) -> f64| rows.iter().map(f).collect::<Vec<f64>>();
                 let ours: Vec<f64> = rows.iter().flat_map(|row| row.jac.clone()).collect();
-                check(&mut report, &label("efc_J"), &ours, jac, 1e-12);
-                check(&mut report, &label("efc_R"), &column(|r| r.r), r, 1e-9);
-                check(&mut report, &label("efc_aref"), &column(|r| r.aref), aref, 1e-9);
-                check(&mut report, &label("efc_force"), &column(|r| r.force), force, forces);
+                check(&mut report, &label("efc_J"), &ours, jac, 0.0, 1e-12);
+                check(&mut report, &label("efc_R"), &column(|r| r.r), r, 0.0, 1e-9);
+                check(&mut report, &label("efc_aref"), &column(|r| r.aref), aref, GRAVITY, 1e-9);
+                check(&mut report, &label("efc_force"), &column(|r| r.force), force, 0.01, forces);
             }
         }
     }
@@ -258,7 +262,7 @@ fn a_body_at_rest_costs_no_iteration_with_a_tolerance_and_some_without() {
     let (_, _, _, data) = settle(&ball_scene(r#"tolerance="1e-8""#), 1000);
     assert_eq!((data.counts.contacts, data.solver.iterations), (1, 0));
     assert!(data.solver.residual < 1e-8);
-    let (_, _, _, data) = settle(&ball_scene(r#"tolerance="0""#), 1000);
+    let (_, _, _, data) = settle(&ball_scene(r#"tolerance="0""#), 20);
     assert!(data.solver.iterations > 0);
     assert!(data.solver.residual < 1e-15, "residual {:e}", data.solver.residual);
 }

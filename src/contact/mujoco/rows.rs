@@ -62,6 +62,9 @@ impl Recipe {
         }
         let solimp = impedance::clamp(&mix.solimp);
         let reference = |solref| Reference::new(solref, &solimp, timestep, opt.flags.refsafe);
+        // The edges of a pyramid mix normal and friction, so its friction has no reference of its own.
+        let own = kind == Kind::Ellipse && (mix.solreffriction[0] > 0.0) == (mix.solreffriction[1] > 0.0);
+        let friction = if own { &mix.solreffriction } else { &mix.solref };
         Recipe {
             kind,
             dim: mix.condim,
@@ -71,7 +74,7 @@ impl Recipe {
             softening,
             solimp,
             normal: reference(&mix.solref),
-            damping: reference(&mix.solreffriction).damping,
+            damping: reference(friction).damping,
             margin: mix.margin,
         }
     }

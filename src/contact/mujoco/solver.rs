@@ -173,10 +173,11 @@ fn descend<S: Space>(
     while iterations < stop.iterations && !(norm < stop.tolerance || norm == 0.0) {
         space.newton(constraints, &v.gradient, &mut v.p);
         iterations += 1;
-        // gᵀ H⁻¹ g: twice the improvement that the step promises. Below zero, or no longer shrinking on the same
-        // pieces of the cost, it is rounding.
+        // gᵀ H⁻¹ g: twice the improvement that the step promises. Below zero, or small and no longer shrinking on the
+        // same pieces of the cost, it is rounding.
         let promise = -dot(v.gradient.as_ref(), v.p.as_ref());
-        if !(promise > 0.0) || (exact && same && promise > 0.25 * last) {
+        let stuck = same && promise > 0.25 * last && scale * promise < ROUNDING;
+        if !(promise > 0.0) || (exact && stuck) {
             break;
         }
         let alpha = line_search(space, v, constraints, promise);
@@ -234,5 +235,7 @@ fn line_search<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mu
     alpha
 }
 
+/// Promised improvements, in (m/s²)², that may be rounding: Newton's method cannot be slow so near the minimum.
+const ROUNDING: f64 = 1e-12;
 const MAX_LINE_SEARCH: usize = 50;
 const LINE_SEARCH_TOLERANCE: f64 = 0.01;
