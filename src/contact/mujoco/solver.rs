@@ -177,7 +177,7 @@ fn descend<S: Space>(
         // same pieces of the cost, it is rounding.
         let promise = -dot(v.gradient.as_ref(), v.p.as_ref());
         let stuck = same && promise > 0.25 * last && scale * promise < ROUNDING;
-        if !(promise > 0.0) || (exact && stuck) {
+        if promise.is_nan() || promise <= 0.0 || (exact && stuck) {
             break;
         }
         let alpha = line_search(space, v, constraints, promise);
