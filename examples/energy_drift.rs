@@ -18,13 +18,15 @@ const PENDULUM: &str = r#"<mujoco><worldbody>
 fn main() {
     let box_velocity: &[f64] = &[0.0, 0.0, 0.0, 0.2, 9.0, 0.1];
     let pendulum_velocity: &[f64] = &[7.0];
+    // Nothing touches here: any contact law will do.
+    let any_law = contact::ALL[0];
     println!("change of energy over 20 s, relative to the kinetic energy at the start\n");
     println!("{:22}{:>10}{:>16}{:>16}", "", "timestep", "tumbling box", "pendulum");
     for integrator in integrate::ALL {
         for timestep in [0.01, 0.002] {
             let drift = |xml, qvel| {
                 let model = penny::parse("scene.xml", xml).expect("these scenes are fine").model;
-                let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: 1 };
+                let method = Method { contact: any_law, integrator, timestep, rounds: 1 };
                 match drift(&model, &method, qvel) {
                     Some(drift) => format!("{drift:+.1e}"),
                     None => "diverged".to_owned(),
