@@ -5,6 +5,7 @@
 
 mod boxes;
 mod capsule;
+mod capsule_box;
 pub mod detect;
 mod plane;
 mod sphere;
@@ -97,6 +98,7 @@ pub fn collider(a: GeomKind, b: GeomKind) -> Option<Collider> {
         (Sphere, Cylinder) => sphere::sphere_cylinder,
         (Sphere, Box) => sphere::sphere_box,
         (Capsule, Capsule) => capsule::capsule_capsule,
+        (Capsule, Box) => capsule_box::capsule_box,
         (Box, Box) => boxes::box_box,
         _ => return None,
     })
