@@ -82,8 +82,14 @@ impl Segment {
             }
         }
         for axis in 0..3 {
+            let e = self.size[axis];
+            let (ee, hh, b) = (e * e, self.len * self.len, -e * self.h[axis]);
+            let det = ee * hh - b * b;
+            if det.abs() < MIN_VAL {
+                continue;
+            }
             for corner in (0..8).filter(|corner| corner >> axis & 1 == 0) {
-                let Some((dist2, s, nearest)) = self.to_edge(axis, corner) else { continue };
+                let (dist2, s, nearest) = self.to_edge(axis, corner, [ee, hh, b, 1.0 / det]);
                 if dist2 < best - MIN_VAL {
                     best = dist2;
                     found = Some((s, nearest));
@@ -93,7 +99,7 @@ impl Segment {
         found
     }
 
-    /// Squared distance to an edge, where on the segment, and where on the box; none if they are parallel.
+    /// Squared distance to an edge, where on the segment, and where on the box.
     ///
     /// The edge is m + x e with e along `axis`. Both parameters at the minimum of |m + x e − p − s h|²:
     ///
@@ -102,19 +108,15 @@ impl Segment {
     ///
     /// then x is clipped and s solved for anew, then s is clipped and x solved for and clipped. An edge parameter
     /// that was once clipped counts as the corner.
-    fn to_edge(&self, axis: usize, corner: usize) -> Option<(f64, f64, Nearest)> {
+    /// `[E, H, b, 1/(E H − b²)]` are the same for the four edges along an axis.
+    fn to_edge(&self, axis: usize, corner: usize, [ee, hh, b, inverse]: [f64; 4]) -> (f64, f64, Nearest) {
         let mut middle = Vec3::from_fn(|k, _| if corner >> k & 1 == 1 { self.size[k] } else { -self.size[k] });
         middle[axis] = 0.0;
         let from = middle - self.p;
         let e = self.size[axis];
-        let (ee, hh, b) = (e * e, self.len * self.len, -e * self.h[axis]);
         let (u, v) = (-e * from[axis], self.h.dot(&from));
-        let det = ee * hh - b * b;
-        if det.abs() < MIN_VAL {
-            return None;
-        }
-        let mut x = (hh * u - b * v) / det;
-        let mut s = (ee * v - b * u) / det;
+        let mut x = (hh * u - b * v) * inverse;
+        let mut s = (ee * v - b * u) * inverse;
         let mut end = 0.0;
         if x.abs() > 1.0 {
             x = 1f64.copysign(x);
@@ -136,7 +138,7 @@ impl Segment {
         } else {
             Nearest::Corner(corner | usize::from(end > 0.0) << axis)
         };
-        Some((gap.norm_squared(), s, nearest))
+        (gap.norm_squared(), s, nearest)
     }
 
     /// How far along the segment from `s` the second ball is, if there is one.
