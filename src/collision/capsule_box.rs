@@ -146,8 +146,8 @@ impl Segment {
         match *nearest {
             Nearest::Inside => None,
             Nearest::Face(face) => Some(self.across_face(s, face)),
-            Nearest::Corner(corner) => self.from_corner(s, corner),
-            Nearest::Edge { axis, corner, at } => self.from_edge(s, axis, corner, at),
+            Nearest::Corner(corner) => self.second_from_corner(s, corner),
+            Nearest::Edge { axis, corner, at } => self.second_from_edge(s, axis, corner, at),
         }
     }
 
@@ -180,7 +180,7 @@ impl Segment {
 
     /// From a corner along the edge or across the face that the segment lies along: the one direction that goes
     /// inwards where the other two go outwards, if it is steep; else the opposite way.
-    fn from_corner(&self, s: f64, corner: usize) -> Option<f64> {
+    fn second_from_corner(&self, s: f64, corner: usize) -> Option<f64> {
         let inwards = self.inwards(corner);
         let (single, toward) = match inwards {
             1 | 2 | 4 => (inwards, 1.0),
@@ -198,7 +198,7 @@ impl Segment {
 
     /// From the inside of an edge across the face that the segment is more nearly parallel to, to the segment's
     /// end or where it leaves the face.
-    fn from_edge(&self, s: f64, axis: usize, corner: usize, at: f64) -> Option<f64> {
+    fn second_from_edge(&self, s: f64, axis: usize, corner: usize, at: f64) -> Option<f64> {
         let inwards = self.inwards(corner) & !(1 << axis);
         if inwards.count_ones() != 1 {
             return None;
