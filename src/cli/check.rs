@@ -18,7 +18,12 @@ pub fn check(args: &Args) -> Result<(), Failure> {
         match scene::read(path) {
             Ok(read) if read.count == 0 => eprintln!("{}: fine", path.display()),
             Ok(read) => {
-                eprintln!("{}\n{}: fine, with {}", read.warnings, path.display(), count(read.count, "warning", "warnings"))
+                eprintln!(
+                    "{}\n{}: fine, with {}",
+                    read.warnings,
+                    path.display(),
+                    count(read.count, "warning", "warnings")
+                )
             }
             Err(Failure::Problem(report) | Failure::Usage(report)) => reports.push(report),
         }

@@ -1,11 +1,12 @@
 //! `penny compare`: a scene beside the real MuJoCo.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use super::Failure;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene, counterpart};
-use super::scene::{self, LengthArgs, MethodArgs, SceneArg, StartArgs};
+use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
 use crate::data::Data;
 use crate::forward::{Method, step};
 use crate::model::Model;
@@ -13,8 +14,9 @@ use crate::state::State;
 
 #[derive(clap::Args)]
 pub struct Args {
-    #[command(flatten)]
-    scene: SceneArg,
+    /// MJCF file
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
     #[command(flatten)]
     length: LengthArgs,
     #[command(flatten)]
@@ -35,7 +37,7 @@ struct Rollout {
 }
 
 pub fn compare(args: &Args) -> Result<(), Failure> {
-    let path = &args.scene.scene;
+    let path = &args.scene;
     let model = scene::load(path)?;
     let method = args.method.method(&model)?;
     let start = args.start.state(&model)?;

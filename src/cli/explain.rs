@@ -1,10 +1,12 @@
 //! `penny explain`: what a scene requires, and what its numbers mean.
 
 use super::Failure;
+use std::path::PathBuf;
+
 use super::format::{count, short, si, table};
-use super::scene::{self, MethodArgs, SceneArg};
+use super::scene::{self, MethodArgs};
 use crate::contact::constants::{self, Spring};
-use crate::contact::tutorial;
+use crate::contact::{penalty, tutorial};
 use crate::explain::probe::{LARGEST, largest_timestep as probe};
 use crate::explain::{Touch, touches, weight};
 use crate::forward::Method;
@@ -12,19 +14,20 @@ use crate::model::{Cone, GeomKind, JointKind, Mix, Model};
 
 #[derive(clap::Args)]
 pub struct Args {
-    #[command(flatten)]
-    scene: SceneArg,
+    /// MJCF file
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
     #[command(flatten)]
     method: MethodArgs,
 }
 
-/// The slope on which creep is told.
+/// The slope on which creep is told, degrees.
 const SLOPE: f64 = 5.0;
 
 pub fn explain(args: &Args) -> Result<(), Failure> {
-    let model = scene::load(&args.scene.scene)?;
+    let model = scene::load(&args.scene)?;
     let method = args.method.method(&model)?;
-    eprintln!("{}\n\nWhat the scene requires", args.scene.scene.display());
+    eprintln!("{}\n\nWhat the scene requires", args.scene.display());
     for [name, value] in requirements(&model) {
         eprintln!("  {name:<12} {value}");
     }
@@ -35,7 +38,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     }
     eprintln!("\nWhat its contacts mean");
     for group in &groups {
-        eprint!("\n{}", meaning(&model, &method, group));
+        eprint!("\n{}", meaning(&model, &method, &args.method, group));
         eprint!("\n{}", timesteps(&model, &method, &args.method, &group[0]));
         eprint!("\n{}", mapping(&model, &method, &group[0]));
     }
@@ -76,19 +79,10 @@ fn moves(model: &Model) -> String {
         ));
     }
     for (i, tree) in model.trees.iter().enumerate().filter(|(_, t)| t.free.is_none()) {
-        let kinds = |kind| model.joints.iter().filter(|j| tree.bodies.contains(&j.body) && j.kind == kind).count();
-        let joints: Vec<String> = [
-            (JointKind::Free, "free"),
-            (JointKind::Ball, "ball"),
-            (JointKind::Slide, "slide"),
-            (JointKind::Hinge, "hinge"),
-        ]
-        .into_iter()
-        .filter(|(kind, _)| kinds(*kind) > 0)
-        .map(|(kind, name)| format!("{} {name}", kinds(kind)))
-        .collect();
+        let joints: Vec<&str> =
+            model.joints.iter().filter(|j| tree.bodies.contains(&j.body)).map(|j| joint_kind(j.kind)).collect();
         let turn = if tree.rotates { "" } else { "; never turns" };
-        parts.push(format!("{} on {}{turn}", body_name(model, tree.bodies.start), joints.join(", ")));
+        parts.push(format!("{} on {}{turn}", body_name(model, tree.bodies.start), joints.join(" + ")));
         if i >= 5 {
             parts.push("…".to_owned());
             break;
@@ -166,54 +160,70 @@ pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch]) -> Op
     group(touches).iter().take(20).filter_map(limit).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-fn meaning(model: &Model, method: &Method, group: &[Touch]) -> String {
+/// One column a law: what it makes of the pair's numbers.
+fn meaning(model: &Model, method: &Method, asked: &MethodArgs, group: &[Touch]) -> String {
     let touch = &group[0];
-    let mix = &model.mixes[touch.mix];
-    let tutorial_spring = touch.tutorial_spring(model, method.timestep);
-    let [rest, hard] = touch.springs(model, method.timestep);
     let points = if touch.points > 1 { format!(", {} points when it lies flat", touch.points) } else { String::new() };
-    let mut text = format!("{}: {}{points}\n", names(model, group), parameters(mix));
-    let gravity = weight(model);
-    let each = if touch.points > 1 { "tutorial (a point)" } else { "tutorial" };
-    let mut rows = vec![[String::new(), each.to_owned(), "penalty, mujoco".to_owned()]];
-    let mut row = |name: &str, f: &dyn Fn(&Spring) -> String| {
-        rows.push([name.to_owned(), f(&tutorial_spring), f(&rest)]);
-    };
-    row("mass m", &|s| si(s.mass * 1e3, "g"));
-    row("stiffness k", &|s| si(s.k, "N/m"));
-    row("damping c", &|s| si(s.c, "N s/m"));
-    row("frequency ω = √(k/m)", &|s| si(s.omega(), "rad/s"));
-    row("damping ratio ζ = c/(2√(km))", &|s| short(s.zeta()));
-    if touch.rests && gravity > 0.0 {
-        let sink = tutorial_spring.mass * gravity / tutorial_spring.k;
-        rows.push(["sinks at rest".into(), si(sink, "m"), si(touch.rest_depth(model, method.timestep), "m")]);
+    let text = format!("{}: {}{points}\n", names(model, group), parameters(&model.mixes[touch.mix]));
+    let mut rows: Vec<Vec<String>> = [
+        "",
+        "mass m",
+        "stiffness k",
+        "damping c",
+        "frequency ω = √(k/m)",
+        "damping ratio ζ = c/(2√(km))",
+        "share of a fast impact's speed given back",
+        "depth at rest",
+        &format!("creep on a slope of {SLOPE}°"),
+    ]
+    .map(|name| vec![name.to_owned()])
+    .to_vec();
+    for law in asked.laws() {
+        for (row, cell) in rows.iter_mut().zip(column(model, method, touch, law.name)) {
+            row.push(cell);
+        }
     }
-    rows.push([
-        "gives back of a fast impact's speed".into(),
-        short(constants::tutorial_restitution(tutorial_spring.zeta())),
-        short(constants::restitution(hard.zeta())),
-    ]);
-    if touch.rests && gravity > 0.0 && mix.condim > 1 {
-        rows.push(creep(model, method, touch));
+    if !touch.rests || weight(model) == 0.0 {
+        rows.truncate(7);
+    } else if model.mixes[touch.mix].condim == 1 {
+        rows.truncate(8);
     }
-    let rows: Vec<Vec<String>> = rows.into_iter().map(|r| r.to_vec()).collect();
-    text += &table(&rows);
-    text
+    text + &table(&rows)
 }
 
-/// How friction holds on a slope, under each law.
-fn creep(model: &Model, method: &Method, touch: &Touch) -> [String; 3] {
+/// The same pair under one law, in the order of the rows of [`meaning`].
+fn column(model: &Model, method: &Method, touch: &Touch, law: &str) -> [String; 9] {
     let mix = &model.mixes[touch.mix];
     let slope = SLOPE.to_radians();
-    let mu = model.tutorial.mu.unwrap_or(mix.friction[0]);
-    let alpha = model.tutorial.alpha.unwrap_or(tutorial::DEFAULT_ALPHA);
-    let tutorial = constants::tutorial_creep(mu, alpha, slope).map_or("slides".to_owned(), |v| si(v, "m/s"));
-    let others = if slope.tan() < mix.friction[0] {
-        format!("0, {}", si(touch.creep(model, method.timestep, slope), "m/s"))
+    let is_tutorial = law == tutorial::LAW.name;
+    let (spring, restitution, sink) = if is_tutorial {
+        let spring = touch.tutorial_spring(model, method.timestep);
+        (spring, constants::tutorial_restitution(spring.zeta()), spring.mass * weight(model) / spring.k)
     } else {
-        "slides".to_owned()
+        let [rest, hard] = touch.springs(model, method.timestep);
+        (rest, constants::restitution(hard.zeta()), touch.rest_depth(model, method.timestep))
     };
-    [format!("creeps on a slope of {SLOPE}°"), tutorial, others]
+    let mu = if is_tutorial { model.tutorial.mu.unwrap_or(mix.friction[0]) } else { mix.friction[0] };
+    let alpha = model.tutorial.alpha.unwrap_or(tutorial::DEFAULT_ALPHA);
+    let creep = match constants::tutorial_creep(mu, alpha, slope) {
+        None => "slides".to_owned(),
+        Some(v) if is_tutorial => si(v, "m/s"),
+        // Its friction acts on the velocity at the end of the step: it sticks.
+        Some(_) if law == penalty::LAW.name => "none".to_owned(),
+        Some(_) => si(touch.creep(model, method.timestep, slope), "m/s"),
+    };
+    let name = if is_tutorial && touch.points > 1 { format!("{law} (a point)") } else { law.to_owned() };
+    [
+        name,
+        si(spring.mass * 1e3, "g"),
+        si(spring.k, "N/m"),
+        si(spring.c, "N s/m"),
+        si(spring.omega(), "rad/s"),
+        short(spring.zeta()),
+        short(restitution),
+        si(sink, "m"),
+        creep,
+    ]
 }
 
 fn parameters(mix: &Mix) -> String {
@@ -272,8 +282,8 @@ fn mapping(model: &Model, method: &Method, touch: &Touch) -> String {
             short(got.omega() / spring.omega())
         )
     };
-    if model.opt.cone == Cone::Pyramidal && model.mixes[touch.mix].condim > 1 && touch.mass.is_finite() {
-        text += "  penalty, mujoco: the pyramidal cone makes this contact stiffer at rest than solimp says (cone=\"elliptic\" does not)\n";
+    if model.opt.cone == Cone::Pyramidal && model.mixes[touch.mix].condim > 1 && touch.rests {
+        text += "  the pyramidal cone makes this contact rest higher than solimp says; cone=\"elliptic\" does not\n";
     }
     text
 }
@@ -317,5 +327,14 @@ fn kind(kind: GeomKind) -> &'static str {
         GeomKind::Ellipsoid => "ellipsoid",
         GeomKind::Cylinder => "cylinder",
         GeomKind::Box => "box",
+    }
+}
+
+fn joint_kind(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Free => "free",
+        JointKind::Ball => "ball",
+        JointKind::Slide => "slide",
+        JointKind::Hinge => "hinge",
     }
 }

@@ -10,20 +10,20 @@ mod mujoco;
 mod run;
 mod scene;
 
+use std::ffi::OsString;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 /// A pocket-sized rigid-body simulator that reads MuJoCo's MJCF files.
 #[derive(Parser)]
-#[command(name = "penny", version, arg_required_else_help = true)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-#[command(override_usage = "penny SCENE.xml [OPTIONS]\n       penny <COMMAND> …")]
+#[command(name = "penny", version, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(override_usage = "penny SCENE.xml [OPTIONS]      the same as penny run\n       penny COMMAND …")]
+#[command(after_help = "penny COMMAND --help lists the options of a command.")]
 struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
-    #[command(flatten)]
-    run: Option<run::Args>,
+    command: Command,
 }
 
 #[derive(Subcommand)]
@@ -56,14 +56,13 @@ impl From<std::io::Error> for Failure {
 
 /// Runs the program. `allocations` tells how often memory was allocated so far; `bench` reports the difference.
 pub fn main(allocations: fn() -> usize) -> ExitCode {
-    let cli = Cli::parse();
-    let outcome = match (cli.command, cli.run) {
-        (Some(Command::Run(args)), _) | (None, Some(args)) => run::run(&args),
-        (Some(Command::Check(args)), _) => check::check(&args),
-        (Some(Command::Explain(args)), _) => explain::explain(&args),
-        (Some(Command::Compare(args)), _) => compare::compare(&args),
-        (Some(Command::Bench(args)), _) => bench::bench(&args, allocations),
-        (None, None) => Err(Failure::Usage("error: name a scene: penny SCENE.xml".to_owned())),
+    let cli = Cli::parse_from(with_command(std::env::args_os().collect()));
+    let outcome = match &cli.command {
+        Command::Run(args) => run::run(args),
+        Command::Check(args) => check::check(args),
+        Command::Explain(args) => explain::explain(args),
+        Command::Compare(args) => compare::compare(args),
+        Command::Bench(args) => bench::bench(args, allocations),
     };
     let (text, code) = match outcome {
         Ok(()) => return ExitCode::SUCCESS,
@@ -72,4 +71,19 @@ pub fn main(allocations: fn() -> usize) -> ExitCode {
     };
     eprintln!("{}", text.trim_end());
     ExitCode::from(code)
+}
+
+/// Inserts `run` where the first argument is no command but a file or an option.
+fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
+    let own = ["-h", "--help", "-V", "--version"];
+    let is_run = args.get(1).is_some_and(|first| {
+        let text = first.to_string_lossy();
+        let option = text.starts_with('-') && !own.contains(&text.as_ref());
+        // A word that is neither stays: the command line's parser knows how to suggest the nearest command.
+        option || text.contains(['.', '/', '\\']) || Path::new(first).exists()
+    });
+    if is_run {
+        args.insert(1, "run".into());
+    }
+    args
 }

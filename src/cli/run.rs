@@ -9,19 +9,20 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
 use super::explain::{largest_timestep, requirements};
-use super::format::{count, short, si, table};
-use super::scene::{self, LengthArgs, MethodArgs, SceneArg, StartArgs};
+use super::format::{count, fixed, short, si, table};
+use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
 use crate::data::Data;
 use crate::explain;
 use crate::forward::{Diverged, Method, step};
-use crate::model::Model;
+use crate::model::{JointKind, Model};
 use crate::record::{Csv, Json, Recorder, Sample};
 use crate::state::State;
 
 #[derive(clap::Args)]
 pub struct Args {
-    #[command(flatten)]
-    scene: SceneArg,
+    /// MJCF file
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
     #[command(flatten)]
     length: LengthArgs,
     /// Record every N-th step
@@ -47,11 +48,11 @@ const BATCH: usize = 4096;
 const PATIENCE: Duration = Duration::from_secs(1);
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let model = scene::load(&args.scene.scene)?;
+    let model = scene::load(&args.scene)?;
     let method = args.method.method(&model)?;
     let mut state = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep);
-    eprint!("{}", account(&args.scene.scene, &model, &method, steps));
+    eprint!("{}", account(&args.scene, &model, &method, steps));
 
     let mut outputs = Outputs::default();
     if let Some(path) = &args.csv {
@@ -61,7 +62,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         outputs.json = Some(Json::new(create(path)?, &model, &method)?);
     }
     let mut recorder = Recorder::new(&model);
-    let mut lines = vec![heading()];
+    let mut lines = vec![heading(&model)];
     let mut data = Data::new(&model);
     let stride = steps.div_ceil(LINES).max(1);
     let progress = Progress::new(steps);
@@ -76,7 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 outputs.write(&state, &sample)?;
             }
             if listed {
-                lines.push(line(&state, &sample));
+                lines.push(line(&model, &state, &sample));
             }
         }
         if i == steps {
@@ -131,22 +132,37 @@ fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String 
     text
 }
 
-fn heading() -> Vec<String> {
-    let cells = ["time s", "x m", "y m", "z m", "speed m/s", "energy J", "penetration mm", "contacts"];
-    cells.iter().map(|s| s.to_string()).collect()
+/// Joint coordinates in the table where they are few and plain; otherwise the centre of mass of all that moves.
+fn shows_joints(model: &Model) -> bool {
+    model.nq <= 4 && model.joints.iter().all(|j| matches!(j.kind, JointKind::Slide | JointKind::Hinge))
 }
 
-/// One line of the table: the centre of mass of all that moves, and so on.
-fn line(state: &State, sample: &Sample) -> Vec<String> {
-    // A number that is zero but for rounding reads as zero.
-    let fixed = |x: f64, digits: usize| {
-        format!("{:.digits$}", if x.abs() < 0.5 * 0.1f64.powi(digits as i32) { 0.0 } else { x })
-    };
+fn heading(model: &Model) -> Vec<String> {
+    let mut cells = vec!["time s".to_owned()];
+    if shows_joints(model) {
+        for (i, joint) in model.joints.iter().enumerate() {
+            let unit = if joint.kind == JointKind::Hinge { "rad" } else { "m" };
+            let name = if joint.name.is_empty() { format!("qpos{i}") } else { joint.name.clone() };
+            cells.push(format!("{name} {unit}"));
+        }
+    } else {
+        cells.extend(["x m", "y m", "z m"].map(str::to_owned));
+    }
+    cells.extend(["speed m/s", "energy J", "penetration mm", "contacts"].map(str::to_owned));
+    cells
+}
+
+/// One line of the table.
+fn line(model: &Model, state: &State, sample: &Sample) -> Vec<String> {
     let mut cells = vec![fixed(state.time, 3)];
-    cells.extend(sample.com.iter().map(|&x| fixed(x, 4)));
+    if shows_joints(model) {
+        cells.extend(state.qpos.iter().map(|&q| fixed(q, 4)));
+    } else {
+        cells.extend(sample.com.iter().map(|&x| fixed(x, 4)));
+    }
     cells.push(fixed(sample.speed, 4));
     cells.push(fixed(sample.energy, 4));
-    cells.push(short(sample.penetration * 1e3));
+    cells.push(if sample.penetration < 1e-12 { "0".to_owned() } else { short(sample.penetration * 1e3) });
     cells.push(sample.contacts.to_string());
     cells
 }

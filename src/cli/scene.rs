@@ -1,7 +1,7 @@
 //! Options that several commands share: which scene, computed how, started where, for how long.
 
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
@@ -252,12 +252,4 @@ fn numbers(text: &str) -> Result<Numbers, String> {
     };
     let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty());
     words.map(one).collect::<Result<_, _>>().map(Numbers)
-}
-
-/// A scene file as the first argument.
-#[derive(clap::Args, Clone)]
-pub struct SceneArg {
-    /// MJCF file
-    #[arg(value_name = "SCENE.xml")]
-    pub scene: PathBuf,
 }
