@@ -1,13 +1,13 @@
-//! Masses and inertia of the bodies, and how lightly they move.
+//! Masses and inertia of the bodies.
 
 use super::inertia::{self, Piece};
 use super::layout::{World, label, no_direction, shape};
-use super::{Log, frames, invweight};
+use super::{Log, frames};
 use crate::math::{self, MIN_VAL, Mat3, Quat, Vec3};
 use crate::mjcf::{ProblemKind, Spec, spec};
 use crate::model::{Body, FreeBody, Geom, JointKind};
 
-/// Fills everything about mass into a scene that is laid out: bodies, free bodies, invweight0.
+/// Fills everything about mass into a scene that is laid out: bodies and free bodies.
 pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
     for id in 1..world.bodies.len() {
         fill_body(world, id, &spec.compiler, log);
@@ -24,13 +24,6 @@ pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
     }
     for t in 0..world.trees.len() {
         world.trees[t].free = free_body(world, t);
-        let (tree, bodies) = (&world.trees[t], &mut world.bodies);
-        if let Err(dof) = invweight::fill(tree, bodies, &world.joints, &mut world.dofs) {
-            let joint = world.dofs[dof].joint;
-            let help = "its motion is one that the joints before it already allow: remove it, turn its axis, \
-                        or give it `armature`";
-            log.error(world.joint_specs[joint].node, ProblemKind::JointsDependent, help);
-        }
     }
 }
 

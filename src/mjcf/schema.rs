@@ -215,9 +215,10 @@ pub const SCHEMA: &[Element] = &[
             number("boundmass", "0", "kg").not_negative(),
             number("boundinertia", "0", "kg m²").not_negative(),
             number("settotalmass", "-1", "kg"),
-            keyword("alignfree", BOOL, "false"),
-            keyword("discardvisual", BOOL, "false"),
-            keyword("fusestatic", BOOL, "false"),
+            keyword("alignfree", BOOL, "false")
+                .unsupported("free bodies would keep the frames of the file", "write the frames as they should be"),
+            keyword("discardvisual", BOOL, "false").ignored("visual geoms stay; they touch nothing"),
+            keyword("fusestatic", BOOL, "false").ignored("static bodies stay bodies of their own; nothing moves otherwise"),
             keyword("coordinate", &["local"], "local"),
         ]],
     )
