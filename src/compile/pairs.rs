@@ -105,8 +105,7 @@ fn explicit<'a>(world: &World, spec: &'a Spec, log: &mut Log) -> Vec<Explicit<'a
             log.error(pair.node, ProblemKind::PairTwice, help);
             log.related(earlier.spec.node, "first given here");
         } else if weld[0] == weld[1] {
-            let help = "the two geoms never move against one another: remove the pair";
-            log.warning(pair.node, ProblemKind::PairAtRest, help);
+            log.warning(pair.node, ProblemKind::PairAtRest, "remove the pair, or give one of the bodies a joint");
         } else {
             found.push(Explicit { geom, mix: given(pair), spec: pair });
         }
@@ -283,7 +282,8 @@ impl<'a> Gaps<'a> {
             let name = |g: usize| label("geom", &world.geoms[g].name, g);
             let more = match gap.count {
                 1 => String::new(),
-                n => format!(" (so can {} more pairs of these shapes)", n - 1),
+                2 => " (and one more pair of these shapes)".into(),
+                n => format!(" (and {} more pairs of these shapes)", n - 1),
             };
             let help = "keep them apart by `contype` and `conaffinity` or by `<exclude>`, or use other shapes";
             let kind = ProblemKind::NoCollider { first: shape(a), second: shape(b) };

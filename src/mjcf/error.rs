@@ -181,6 +181,8 @@ pub enum ProblemKind {
     RangeEmpty { low: f64, high: f64 },
     #[error("limited, but without a range")]
     LimitedWithoutRange,
+    #[error("the mass or the inertia of this body is too large a number")]
+    MassOverflow,
     #[error("{body} moves, but has no mass")]
     MovingWithoutMass { body: String },
     #[error("{body} moves, but has no inertia")]
@@ -269,6 +271,7 @@ impl ProblemKind {
             BallRangeStart { .. } => "ball-range-start",
             RangeEmpty { .. } => "range-empty",
             LimitedWithoutRange => "limited-without-range",
+            MassOverflow => "mass-overflow",
             MovingWithoutMass { .. } => "moving-without-mass",
             MovingWithoutInertia { .. } => "moving-without-inertia",
             InertiaImpossible { .. } => "inertia-impossible",

@@ -342,3 +342,21 @@ fn tutorial_parameters_come_from_custom_numbers() {
     assert_eq!((scene.tutorial.k, scene.tutorial.c, scene.tutorial.mu_roll), (Some(2500.0), None, Some(0.0)));
     assert_eq!(scene.contact_law(), Some("tutorial"));
 }
+/// Any number of a file may be absurd: the answer is a model or a report, never a panic.
+#[test]
+fn absurd_numbers_never_panic() {
+    let absurd = ["0", "-1", "1e-300", "1e300", "-1e300", "1e17", "4e9"];
+    let scenes = golden().scenes;
+    let mut refused = 0;
+    for scene in scenes.iter().filter(|s| s.xml.len() < 2500) {
+        let words: Vec<&str> = scene.xml.split_inclusive([' ', '"']).collect();
+        let numbers = words.iter().enumerate().filter(|(_, w)| w.trim_end_matches([' ', '"']).parse::<f64>().is_ok());
+        for (k, (i, word)) in numbers.enumerate() {
+            let end = word.len() - 1;
+            let wrong = format!("{}{}", absurd[k % absurd.len()], &word[end..]);
+            let xml: String = words.iter().enumerate().map(|(j, w)| if j == i { wrong.as_str() } else { w }).collect();
+            refused += usize::from(penny::parse("absurd", &xml).is_err());
+        }
+    }
+    assert!(refused > 100, "only {refused} absurd scenes refused");
+}
