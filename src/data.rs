@@ -4,9 +4,13 @@
 //! allocate. Per-body arrays are indexed like `model.bodies`.
 
 use crate::collision::detect::Scratch;
+use crate::contact::mujoco::solver::Outcome;
+use crate::contact::rows::Rows;
+use crate::contact::{mujoco, penalty};
 use crate::dynamics;
 use crate::dynamics::plan::Plan;
 use crate::dynamics::spatial::Inertia;
+use crate::integrate::implicit_euler::Newton;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
 use crate::model::Model;
 
@@ -70,6 +74,14 @@ pub struct Data {
     /// Generalized force of contacts, limits and dry friction (nv).
     pub qfrc_constraint: Vec<f64>,
     pub counts: Counts,
+    /// Of the `mujoco` law's last solve: the island that took most.
+    pub solver: Outcome,
+
+    // Scratch of the contact laws and of `implicit-euler`.
+    pub rows: Rows,
+    pub penalty: penalty::Scratch,
+    pub mujoco: mujoco::Scratch,
+    pub newton: Newton,
 }
 
 /// A body as the contact laws see it: a twist at the centre of mass of the rigid body it belongs to.
@@ -208,6 +220,11 @@ impl Data {
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             counts: Counts::default(),
+            solver: Outcome::default(),
+            mujoco: mujoco::Scratch::default(),
+            rows: Rows::default(),
+            penalty: penalty::Scratch::default(),
+            newton: Newton::default(),
         };
         dynamics::prepare(model, &mut data);
         data
