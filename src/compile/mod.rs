@@ -172,8 +172,11 @@ fn check_settings(spec: &Spec, log: &mut Log) {
     }
     for text in spec.texts.iter().filter(|t| t.name == "penny.contact") {
         let names: Vec<&str> = contact::ALL.iter().map(|law| law.name).collect();
-        if !names.is_empty() && !names.contains(&text.data.as_str()) {
-            let help = format!("the laws are {}", names.join(", "));
+        if !names.contains(&text.data.as_str()) {
+            let help = match crate::mjcf::nearest(&text.data, names.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("the laws are {}", names.join(", ")),
+            };
             log.value_error(text.node, "data", ProblemKind::UnknownLaw { name: text.data.clone() }, help);
         }
     }
