@@ -7,5 +7,6 @@ mod compile;
 mod models;
 mod mujoco_law;
 mod penalty;
+mod reader;
 mod smooth;
 mod tutorial;
