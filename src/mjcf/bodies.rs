@@ -131,7 +131,6 @@ impl Reader<'_> {
             frictionloss: item.number("frictionloss"),
             range: item.optional("range"),
             limited: item.maybe("limited"),
-            align: None,
             margin: item.number("margin"),
             solreflimit: item.array("solreflimit"),
             solimplimit: item.array("solimplimit"),
@@ -147,6 +146,11 @@ impl Reader<'_> {
         let (Some(item), Some(row)) = (self.item(node, "body", MAIN), schema::find("body", "joint")) else {
             return;
         };
+        if item.maybe("align") == Some(true) {
+            let lost = "the body would keep its frame".to_string();
+            let kind = ProblemKind::Unsupported { name: "align".into(), lost };
+            self.problems.push(Problem::new(kind, self.document.name_span(node, "align")).help("leave it out"));
+        }
         let plain = Item { node, row, values: Values::new() };
         let joint = Joint {
             node,
@@ -162,7 +166,6 @@ impl Reader<'_> {
             frictionloss: 0.0,
             range: None,
             limited: None,
-            align: item.maybe("align"),
             margin: 0.0,
             solreflimit: plain.array("solreflimit"),
             solimplimit: plain.array("solimplimit"),

@@ -108,9 +108,6 @@ impl Reader<'_> {
             boundmass: item.number("boundmass"),
             boundinertia: item.number("boundinertia"),
             settotalmass: item.number("settotalmass"),
-            alignfree: item.yes("alignfree"),
-            discardvisual: item.yes("discardvisual"),
-            fusestatic: item.yes("fusestatic"),
         }
     }
 

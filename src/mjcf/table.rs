@@ -36,15 +36,14 @@ pub const SCHEMA: &[Element] = &[
             number("boundmass", "0", "kg").not_negative(),
             number("boundinertia", "0", "kg m²").not_negative(),
             number("settotalmass", "-1", "kg"),
-            keyword("alignfree", BOOL, "false"),
-            keyword("discardvisual", BOOL, "false"),
-            keyword("fusestatic", BOOL, "false"),
+            keyword("alignfree", BOOL, "false").unsupported("free bodies would keep their frames", "leave it out"),
+            keyword("fusestatic", BOOL, "false").unsupported("fixed bodies would stay apart", "leave it out"),
             keyword("coordinate", &["local"], "local"),
         ]],
     )
     .and(
-        "assetdir conflict fitaabb meshdir passthrough savecanonical savecompiled saveinertial strippath texturedir \
-         usethread",
+        "assetdir conflict discardvisual fitaabb meshdir passthrough savecanonical savecompiled saveinertial strippath \
+         texturedir usethread",
     ),
     silent(
         "lengthrange",

@@ -4,16 +4,23 @@
 
 use std::path::{Path, PathBuf};
 
-use penny::mjcf;
+use penny::compile;
+use penny::mjcf::{self, Document, Problem};
 
 const FOLDER: &str = "tests/mjcf/bad";
 
 /// What a user sees: all problems of a file, warnings too.
 fn report(path: &Path) -> String {
-    match mjcf::load(path) {
-        Err(failure) => failure.to_string(),
-        Ok(loaded) => mjcf::render(&loaded.document, &loaded.warnings, false),
+    let loaded = match mjcf::load(path) {
+        Err(failure) => return failure.to_string(),
+        Ok(loaded) => loaded,
+    };
+    let mut problems = loaded.warnings;
+    match compile::compile(&loaded.document, &loaded.spec) {
+        Err(errors) => problems.extend(errors),
+        Ok((_, warnings)) => problems.extend(warnings),
     }
+    mjcf::render(&loaded.document, &problems, false)
 }
 
 /// The file with the expected report, and the path to read.
@@ -57,4 +64,116 @@ fn every_bad_file_gives_its_report() {
     }
     assert!(cases.len() >= 40, "only {} bad files", cases.len());
     assert!(differences.is_empty(), "reports differ (UPDATE_EXPECT=1 accepts them):\n{differences}");
+}
+
+/// A small generator of repeatable randomness (xorshift64, Marsaglia 2003).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % n.max(1) as u64) as usize
+    }
+}
+
+/// What a slip of the hand leaves: something deleted, doubled, replaced or put in.
+fn damaged(text: &str, random: &mut Random) -> String {
+    const SCRAPS: &[&str] = &[
+        "<",
+        ">",
+        "/>",
+        "</",
+        "\"",
+        "'",
+        "&",
+        "&#0;",
+        "<!--",
+        "-->",
+        "<![CDATA[",
+        "<?",
+        "=",
+        " ",
+        "\n",
+        "-",
+        "nan",
+        "1e999",
+        "\u{0}",
+        "é",
+        "∞",
+        "<body>",
+        "</body>",
+        "<default class='x'>",
+        "<frame>",
+        "<freejoint/>",
+        "<geom type='mesh'/>",
+        "<include file='x'/>",
+        "fromto='0 0 0 0 0 1'",
+        "solref='1 -1'",
+    ];
+    let mut chars: Vec<char> = text.chars().collect();
+    for _ in 0..1 + random.below(4) {
+        let at = random.below(chars.len());
+        let end = (at + random.below(30)).min(chars.len());
+        match random.below(4) {
+            0 => drop(chars.drain(at..end)),
+            1 => {
+                let copy = chars[at..end].to_vec();
+                let to = random.below(chars.len());
+                chars.splice(to..to, copy);
+            }
+            2 => {
+                let end = (at + 1).min(chars.len());
+                chars.splice(at..end, SCRAPS[random.below(SCRAPS.len())].chars());
+            }
+            _ => drop(chars.splice(at..at, SCRAPS[random.below(SCRAPS.len())].chars())),
+        }
+    }
+    chars.into_iter().collect()
+}
+
+/// Every place must lie in its file, on character boundaries.
+fn assert_places(document: &Document, problems: &[Problem], text: &str) {
+    for problem in problems {
+        for span in std::iter::once(problem.span).chain(problem.related.iter().map(|r| r.0)) {
+            let file = &document.files[span.file as usize];
+            let inside = file.text.get(span.start as usize..span.end as usize).is_some();
+            assert!(inside, "{span:?} of {problem:?} is not in the file\n{text}");
+        }
+    }
+    let report = mjcf::render(document, problems, false);
+    for problem in problems {
+        assert!(report.contains(problem.kind.code()), "{problem:?} is missing in\n{report}");
+    }
+}
+
+#[test]
+fn damaged_files_never_panic_and_every_place_is_in_the_file() {
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let (mut refused, mut accepted) = (0, 0);
+    for entry in ["settings.xml", "classes.xml", "planar.xml", "disk.xml"] {
+        let path = format!("tests/mjcf/good/{entry}");
+        let whole = std::fs::read_to_string(&path).unwrap();
+        for _ in 0..1000 {
+            let text = damaged(&whole, &mut random);
+            match mjcf::parse(&path, &text) {
+                Err(failure) => {
+                    refused += 1;
+                    assert!(!failure.problems.is_empty());
+                    assert_places(&failure.document, &failure.problems, &text);
+                }
+                Ok(loaded) => {
+                    accepted += 1;
+                    assert_places(&loaded.document, &loaded.warnings, &text);
+                    let problems = match compile::compile(&loaded.document, &loaded.spec) {
+                        Err(errors) => errors,
+                        Ok((_, warnings)) => warnings,
+                    };
+                    assert_places(&loaded.document, &problems, &text);
+                }
+            }
+        }
+    }
+    assert!(refused > 1000 && accepted > 100, "the damage tests nothing: {refused} refused, {accepted} accepted");
 }

@@ -8,5 +8,6 @@ mod models;
 mod mujoco_law;
 mod penalty;
 mod reader;
+mod sim;
 mod smooth;
 mod tutorial;
