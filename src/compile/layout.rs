@@ -131,11 +131,6 @@ pub fn no_direction(node: NodeId, what: NoDirection, log: &mut Log) {
 /// Rules about the joints of one body together.
 fn check_joints(body: &spec::Body, log: &mut Log) {
     let joints = &body.joints;
-    for joint in joints.iter().filter(|j| j.align == Some(true)) {
-        let lost = "the body would keep the frame of the file".into();
-        let kind = ProblemKind::Unsupported { name: "align".into(), lost };
-        log.value_error(joint.node, "align", kind, "write the body's frame as it should be");
-    }
     let dofs: usize = joints.iter().map(|j| j.kind.nv()).sum();
     if dofs > 6 {
         log.error(body.node, ProblemKind::TooManyDofs { dofs }, "remove joints, or split the body in two");

@@ -59,8 +59,8 @@ pub enum ProblemKind {
     NotUtf8 { file: String },
     #[error("`{file}` is larger than 1 GiB")]
     TooLarge { file: String },
-    #[error("the file has no element")]
-    EmptyFile,
+    #[error("`{file}` has no element `<mujoco>`")]
+    EmptyFile { file: String },
 
     // XML.
     #[error("{what}")]
@@ -145,7 +145,7 @@ pub enum ProblemKind {
     Conflict { element: String, one: String, other: String },
     #[error("the orientation has no effect beside `fromto`")]
     OrientationLost,
-    #[error("the world cannot have a `{element}`")]
+    #[error("`{element}` cannot stand in the world itself")]
     NotInWorld { element: String },
     #[error("a free joint must belong to a body directly in `worldbody`")]
     FreeJointNested,
@@ -216,7 +216,7 @@ impl ProblemKind {
             IsFolder { .. } => "is-folder",
             NotUtf8 { .. } => "not-utf8",
             TooLarge { .. } => "too-large",
-            EmptyFile => "empty-file",
+            EmptyFile { .. } => "empty-file",
             BrokenXml { .. } => "broken-xml",
             UnclosedElement { .. } => "unclosed-element",
             UnmatchedEnd { .. } => "unmatched-end",

@@ -4,10 +4,12 @@
 //!
 //! Every stage collects its problems instead of stopping at the first.
 
+mod bodies;
 mod check;
 mod defaults;
 pub mod document;
 pub mod error;
+mod item;
 mod parse;
 mod read;
 mod render;
@@ -15,6 +17,7 @@ pub mod schema;
 pub mod source;
 pub mod spec;
 mod suggest;
+mod table;
 
 use std::path::Path;
 

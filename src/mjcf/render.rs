@@ -1,6 +1,6 @@
 //! Problems as text, with the lines they are about.
 
-use annotate_snippets::{Annotation, AnnotationKind, Element, Level, Origin, Renderer, Snippet};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 
 use super::document::{Document, Span};
 use super::error::{Problem, Severity};
@@ -24,15 +24,20 @@ pub fn render(document: &Document, problems: &[Problem], colour: bool) -> String
     out
 }
 
-fn report<'a>(document: &'a Document, problem: &'a Problem) -> annotate_snippets::Group<'a> {
+fn report<'a>(document: &'a Document, problem: &'a Problem) -> Group<'a> {
     let level = match problem.severity() {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let below = problem.help.as_deref().filter(|help| help.chars().count() > LABEL_WIDTH);
+    // A file without text has no lines to show; its name is in the sentence.
+    let has_text = !document.files[problem.span.file as usize].text.trim().is_empty();
+    let below = problem.help.as_deref().filter(|help| help.chars().count() > LABEL_WIDTH || !has_text);
     let beside = problem.help.as_deref().filter(|_| below.is_none());
     let title = level.primary_title(problem.kind.to_string()).id(problem.kind.code());
-    let mut group = title.element(place(document, problem, beside));
+    let mut group = Group::with_title(title);
+    if has_text {
+        group = group.element(place(document, problem, beside));
+    }
     for (span, label) in problem.related.iter().filter(|(span, _)| span.file != problem.span.file) {
         group = group.element(snippet(document, &[(*span, Some(label), AnnotationKind::Context)]));
     }
@@ -43,7 +48,7 @@ fn report<'a>(document: &'a Document, problem: &'a Problem) -> annotate_snippets
 }
 
 /// The snippet of the problem itself, with the related places of the same file.
-fn place<'a>(document: &'a Document, problem: &'a Problem, help: Option<&'a str>) -> Element<'a> {
+fn place<'a>(document: &'a Document, problem: &'a Problem, help: Option<&'a str>) -> Snippet<'a, Annotation<'a>> {
     let mut marks = vec![(problem.span, help, AnnotationKind::Primary)];
     for (span, label) in problem.related.iter().filter(|(span, _)| span.file == problem.span.file) {
         marks.push((*span, Some(label), AnnotationKind::Context));
@@ -51,12 +56,12 @@ fn place<'a>(document: &'a Document, problem: &'a Problem, help: Option<&'a str>
     snippet(document, &marks)
 }
 
-/// The lines from the first to the last mark; only the file's name if it has no text to show.
-fn snippet<'a>(document: &'a Document, marks: &[(Span, Option<&'a str>, AnnotationKind)]) -> Element<'a> {
+/// The lines from the first to the last mark.
+fn snippet<'a>(
+    document: &'a Document,
+    marks: &[(Span, Option<&'a str>, AnnotationKind)],
+) -> Snippet<'a, Annotation<'a>> {
     let source = &document.files[marks[0].0.file as usize];
-    if source.text.trim().is_empty() {
-        return Origin::path(source.name.as_str()).into();
-    }
     let text = source.text.as_str();
     let first = marks.iter().map(|m| source.floor(m.0.start as usize)).min().unwrap_or(0);
     let last = marks.iter().map(|m| source.floor(m.0.end as usize)).max().unwrap_or(0);
@@ -71,5 +76,4 @@ fn snippet<'a>(document: &'a Document, marks: &[(Span, Option<&'a str>, Annotati
         .path(source.name.as_str())
         .line_start(source.line_column(start).0)
         .annotations(annotations)
-        .into()
 }
