@@ -197,8 +197,6 @@ pub enum ProblemKind {
     PairTwice,
     #[error("this pair does nothing: its geoms never move against one another")]
     PairAtRest,
-    #[error("Penny cannot find contacts between {first} and {second}")]
-    NoCollider { first: &'static str, second: &'static str },
     #[error("`{attribute}` of this scene has {needs}, but {given} given")]
     KeyframeCount { attribute: &'static str, needs: String, given: String },
     #[error("`{name}` must be one number, zero or more")]
@@ -279,7 +277,6 @@ impl ProblemKind {
             PairOfOne => "pair-of-one",
             PairTwice => "pair-twice",
             PairAtRest => "pair-at-rest",
-            NoCollider { .. } => "no-collider",
             KeyframeCount { .. } => "keyframe-count",
             NotOneCoefficient { .. } => "not-one-coefficient",
             UnknownLaw { .. } => "unknown-law",
