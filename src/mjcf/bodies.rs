@@ -51,7 +51,6 @@ impl Reader<'_> {
 
     fn body(&mut self, node: NodeId, context: &Context) -> Option<Body> {
         let item = self.item(node, "body", MAIN)?;
-        self.one_orientation(node);
         let mut body = Body {
             node,
             name: item.name(),
@@ -69,7 +68,6 @@ impl Reader<'_> {
         let Some(item) = self.item(node, "body", MAIN) else {
             return;
         };
-        self.one_orientation(node);
         let mut frames = context.frames.to_vec();
         frames.push(item.pose(&[]));
         let own = [item.word("childclass"), item.word("class")].into_iter().find(|c| !c.is_empty());
@@ -79,7 +77,6 @@ impl Reader<'_> {
 
     fn inertial(&mut self, node: NodeId, context: &Context) -> Option<Inertial> {
         let item = self.item(node, "body", MAIN)?;
-        self.one_orientation(node);
         if item.given("fullinertia") {
             let other = ["diaginertia"].into_iter().chain(ORIENTATIONS).find(|name| item.given(name));
             if let Some(other) = other {
@@ -197,7 +194,6 @@ impl Reader<'_> {
 
     fn geom(&mut self, node: NodeId, body: NodeId, context: &Context) -> Option<Geom> {
         let item = self.item(node, "body", context.class)?;
-        self.one_orientation(node);
         let kind = self.geom_kind(&item, body, context)?;
         if item.given("fromto") {
             self.fromto(&item);
@@ -279,21 +275,6 @@ impl Reader<'_> {
         }
     }
 
-    // Rules shared by several elements.
-
-    /// At most one orientation in the element itself.
-    fn one_orientation(&mut self, node: NodeId) {
-        let mut own = self.document.node(node).attributes.iter().filter(|a| ORIENTATIONS.contains(&a.name.as_str()));
-        let Some(first) = own.next() else {
-            return;
-        };
-        if let Some(second) = own.next() {
-            let kind = ProblemKind::SeveralOrientations { element: self.document.node(node).name.clone() };
-            let problem = Problem::new(kind, second.name_span);
-            self.problems.push(problem.related(first.name_span, "first one here"));
-        }
-    }
-
     fn conflict(&mut self, node: NodeId, one: &str, other: &str, help: &str) {
         let element = self.document.node(node).name.clone();
         let kind = ProblemKind::Conflict { element, one: one.into(), other: other.into() };
@@ -303,13 +284,13 @@ impl Reader<'_> {
     /// A range that must limit has to increase; one that may limit and does not increase is lost.
     fn limits(&mut self, item: &Item) {
         let [low, high] = item.array("range");
-        let span = self.document.value_span(item.node, "range");
-        match item.maybe("limited") {
-            Some(true) if low >= high => self.report(ProblemKind::RangeEmpty { low, high }, span),
-            None if low > high && self.document.attribute(item.node, "range").is_some() => {
-                self.report(ProblemKind::RangeLost, span);
-            }
-            _ => {}
-        }
+        let own = self.document.attribute(item.node, "range").is_some();
+        let (kind, help) = match item.maybe("limited") {
+            Some(true) if !item.given("range") => (ProblemKind::LimitedWithoutRange, "add `range=\"low high\"`"),
+            Some(true) if low >= high => (ProblemKind::RangeEmpty { low, high }, "give the smaller number first"),
+            None if low > high && own => (ProblemKind::RangeLost, "give the smaller number first"),
+            _ => return,
+        };
+        self.problems.push(Problem::new(kind, self.document.value_span(item.node, "range")).help(help));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::defaults::MAIN;
+use super::defaults::{MAIN, ORIENTATIONS};
 use super::document::{Attribute, Document, NodeId, Span};
 use super::error::{Problem, ProblemKind};
 use super::schema::{self, Element, Kind, Rule, Status};
@@ -67,6 +67,7 @@ impl Check<'_> {
         for attribute in &element.attributes {
             self.attribute(attribute, name, row, in_default);
         }
+        self.one_orientation(node);
         if name == "default" {
             self.class(node, parent);
         }
@@ -177,6 +178,17 @@ impl Check<'_> {
                 self.problems.push(Problem::new(kind, attribute.name_span).help(cure));
             }
             Status::Supported | Status::Silent => {}
+        }
+    }
+
+    /// At most one orientation, in whatever form.
+    fn one_orientation(&mut self, node: NodeId) {
+        let element = self.document.node(node);
+        let mut own = element.attributes.iter().filter(|a| ORIENTATIONS.contains(&a.name.as_str()));
+        if let (Some(first), Some(second)) = (own.next(), own.next()) {
+            let kind = ProblemKind::SeveralOrientations { element: element.name.clone() };
+            let problem = Problem::new(kind, second.name_span);
+            self.problems.push(problem.related(first.name_span, "first one here"));
         }
     }
 
@@ -345,9 +357,11 @@ impl Check<'_> {
         }
         let kind = ProblemKind::WrongCount { attribute: attribute.name.clone(), expected, found: found_words };
         let problem = Problem::new(kind, span);
-        self.problems.push(match column.default {
-            "" => problem,
-            default => problem.help(format!("the default is `{default}`")),
+        self.problems.push(match (column.default, column.unit) {
+            ("", "" | "1") => problem,
+            ("", unit) => problem.help(format!("in {unit}")),
+            (default, "" | "1") => problem.help(format!("the default is `{default}`")),
+            (default, unit) => problem.help(format!("the default is `{default}`, in {unit}")),
         });
     }
 }

@@ -1,6 +1,8 @@
 //! MJCF text to a checked, typed scene: the only part of Penny that knows XML.
 //!
-//!     file ─ parse → Document (spans) ─ check against the schema → read, defaults merged → Spec
+//! ```text
+//! file ─ parse → Document (spans) ─ check against the schema → read, defaults merged → Spec
+//! ```
 //!
 //! Every stage collects its problems instead of stopping at the first.
 

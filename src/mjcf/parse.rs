@@ -1,6 +1,7 @@
 //! XML text to [`Document`]: quick-xml's events, made into a tree that keeps every place; includes spliced in.
 
 use std::collections::BTreeSet;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use quick_xml::Reader;
@@ -60,17 +61,19 @@ fn read_text(path: &Path, name: &str) -> Result<String, (ProblemKind, String)> {
     if path.is_dir() {
         return Err((ProblemKind::IsFolder { file }, String::new()));
     }
-    if path.metadata().is_ok_and(|m| m.len() > MAX_BYTES) {
-        return Err((ProblemKind::TooLarge { file }, String::new()));
-    }
-    let bytes = std::fs::read(path).map_err(|error| {
+    let mut bytes = Vec::new();
+    let read = std::fs::File::open(path).and_then(|f| f.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    if let Err(error) = read {
         let why = match error.kind() {
             std::io::ErrorKind::NotFound => "there is no such file".to_string(),
             std::io::ErrorKind::PermissionDenied => "permission denied".to_string(),
             _ => error.to_string(),
         };
-        (ProblemKind::CannotRead { file: file.clone(), why }, String::new())
-    })?;
+        return Err((ProblemKind::CannotRead { file, why }, String::new()));
+    }
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err((ProblemKind::TooLarge { file }, String::new()));
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         (ProblemKind::NotUtf8 { file }, String::from_utf8_lossy(&error.as_bytes()[..valid]).into_owned())

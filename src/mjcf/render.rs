@@ -18,33 +18,35 @@ pub fn render(document: &Document, problems: &[Problem], colour: bool) -> String
         if !out.is_empty() {
             out.push('\n');
         }
-        out.push_str(renderer.render(&[report(document, problem)]).trim_end());
+        out.push_str(report(document, problem, &renderer).trim_end());
         out.push('\n');
     }
     out
 }
 
-fn report<'a>(document: &'a Document, problem: &'a Problem) -> Group<'a> {
+fn report(document: &Document, problem: &Problem, renderer: &Renderer) -> String {
     let level = match problem.severity() {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    // A file without text has no lines to show; its name is in the sentence.
-    let has_text = !document.files[problem.span.file as usize].text.trim().is_empty();
-    let below = problem.help.as_deref().filter(|help| help.chars().count() > LABEL_WIDTH || !has_text);
-    let beside = problem.help.as_deref().filter(|_| below.is_none());
     let title = level.primary_title(problem.kind.to_string()).id(problem.kind.code());
-    let mut group = Group::with_title(title);
-    if has_text {
-        group = group.element(place(document, problem, beside));
+    let help = problem.help.as_deref();
+    // A file without text has no lines to show; its name is in the sentence.
+    if document.files[problem.span.file as usize].text.trim().is_empty() {
+        let help = help.map(|help| Group::with_title(Level::HELP.primary_title(help)));
+        let lines = std::iter::once(Group::with_title(title)).chain(help);
+        return lines.map(|line| renderer.render(&[line]) + "\n").collect();
     }
+    let below = help.filter(|help| help.chars().count() > LABEL_WIDTH);
+    let beside = help.filter(|_| below.is_none());
+    let mut group = title.element(place(document, problem, beside));
     for (span, label) in problem.related.iter().filter(|(span, _)| span.file != problem.span.file) {
         group = group.element(snippet(document, &[(*span, Some(label), AnnotationKind::Context)]));
     }
     if let Some(help) = below {
         group = group.element(Level::HELP.message(help));
     }
-    group
+    renderer.render(&[group])
 }
 
 /// The snippet of the problem itself, with the related places of the same file.

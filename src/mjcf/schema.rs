@@ -3,7 +3,7 @@
 //! The reader checks files against it, takes defaults from it, and suggests names out of it. A valid name of
 //! MJCF is never "unknown" here: what Penny does not use is *silent* when it changes no motion, *ignored* with a
 //! warning, or *unsupported* with an error; the latter two say what is lost. Here are the columns; the rows are
-//! in [`super::table`].
+//! in `table.rs`.
 
 pub use super::table::SCHEMA;
 
@@ -140,6 +140,11 @@ impl Attribute {
     }
     pub(super) const fn in_default(mut self) -> Attribute {
         self.in_default = true;
+        self
+    }
+    /// Valid, and without influence on the motion.
+    pub(super) const fn without_effect(mut self) -> Attribute {
+        self.status = Status::Silent;
         self
     }
     pub(super) const fn unsupported(mut self, lost: &'static str, cure: &'static str) -> Attribute {

@@ -38,7 +38,7 @@ pub const SCHEMA: &[Element] = &[
             number("settotalmass", "-1", "kg"),
             keyword("alignfree", BOOL, "false").unsupported("free bodies would keep their frames", "leave it out"),
             keyword("fusestatic", BOOL, "false").unsupported("fixed bodies would stay apart", "leave it out"),
-            keyword("coordinate", &["local"], "local"),
+            keyword("coordinate", &["local"], "local").without_effect(),
         ]],
     )
     .and(
@@ -60,8 +60,8 @@ pub const SCHEMA: &[Element] = &[
             keyword("integrator", &["Euler", "RK4", "implicit", "implicitfast", "discrete"], "Euler"),
             keyword("cone", &["pyramidal", "elliptic"], "pyramidal"),
             // The three solvers reach the same optimum, so Penny always takes Newton.
-            keyword("solver", &["PGS", "CG", "Newton"], "Newton"),
-            keyword("jacobian", &["dense", "sparse", "auto"], "auto"),
+            keyword("solver", &["PGS", "CG", "Newton"], "Newton").without_effect(),
+            keyword("jacobian", &["dense", "sparse", "auto"], "auto").without_effect(),
             number("impratio", "1", "1").positive(),
             number("tolerance", "1e-8", "1").not_negative(),
             integer("iterations", "100").not_negative(),
@@ -70,8 +70,8 @@ pub const SCHEMA: &[Element] = &[
             number("density", "0", "kg/m³").unsupported("bodies would feel no drag of the medium", "leave it out"),
             number("viscosity", "0", "Pa s").unsupported("bodies would feel no drag of the medium", "leave it out"),
             // Wind needs a medium, and only magnetometers feel a magnetic field.
-            numbers("wind", 3, "0 0 0", "m/s"),
-            numbers("magnetic", 3, "0 -0.5 0", "T"),
+            numbers("wind", 3, "0 0 0", "m/s").without_effect(),
+            numbers("magnetic", 3, "0 -0.5 0", "T").without_effect(),
             number("o_margin", "0", "m"),
             solref("o_solref"),
             solimp("o_solimp"),
@@ -105,16 +105,16 @@ pub const SCHEMA: &[Element] = &[
             flag("diagexact", "disable"),
             flag("override", "disable"),
             // Bookkeeping, speed, or features that no scene of Penny has.
-            flag("equality", "enable"),
-            flag("sensor", "enable"),
-            flag("midphase", "enable"),
-            flag("autoreset", "enable"),
-            flag("nativeccd", "enable"),
-            flag("island", "enable"),
-            flag("multiccd", "enable"),
-            flag("energy", "disable"),
-            flag("fwdinv", "disable"),
-            flag("invdiscrete", "disable"),
+            flag("equality", "enable").without_effect(),
+            flag("sensor", "enable").without_effect(),
+            flag("midphase", "enable").without_effect(),
+            flag("autoreset", "enable").without_effect(),
+            flag("nativeccd", "enable").without_effect(),
+            flag("island", "enable").without_effect(),
+            flag("multiccd", "enable").without_effect(),
+            flag("energy", "disable").without_effect(),
+            flag("fwdinv", "disable").without_effect(),
+            flag("invdiscrete", "disable").without_effect(),
             flag("sleep", "disable").unsupported("bodies would not fall asleep", "leave it out"),
             flag("ipc", "disable").unsupported(NOT_IN_LAW, "leave it out"),
             flag("speculative", "disable")
@@ -217,7 +217,7 @@ pub const SCHEMA: &[Element] = &[
         "frame",
         REAL_WORLD,
         &[
-            &[name("frame"), class("childclass"), class("class"), POS],
+            &[name("frame").without_effect(), class("childclass"), class("class"), POS],
             ORIENTATION,
             &[
                 up_to("scale", 3, "1 1 1", "1")
@@ -351,7 +351,7 @@ pub const SCHEMA: &[Element] = &[
         "pair",
         "contact default",
         &[&[
-            name("pair"),
+            name("pair").without_effect(),
             class("class"),
             reference("geom1", "geom").required(),
             reference("geom2", "geom").required(),
@@ -368,7 +368,11 @@ pub const SCHEMA: &[Element] = &[
     element(
         "exclude",
         "contact",
-        &[&[name("exclude"), reference("body1", "body").required(), reference("body2", "body").required()]],
+        &[&[
+            name("exclude").without_effect(),
+            reference("body1", "body").required(),
+            reference("body2", "body").required(),
+        ]],
     ),
     // Actuators.
     element("actuator", "mujoco", &[]),
@@ -479,7 +483,7 @@ const ACTUATOR: &[Attribute] = &[
     reference("refsite", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
     reference("slidersite", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
     reference("cranksite", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    numbers("lengthrange", 2, "0 0", "").may_be_infinite(),
+    numbers("lengthrange", 2, "0 0", "").may_be_infinite().without_effect(),
     up_to("gear", 6, "1 0 0 0 0 0", ""),
     numbers("ctrlrange", 2, "0 0", "").may_be_infinite(),
     keyword("ctrllimited", AUTO, "auto"),
@@ -488,6 +492,6 @@ const ACTUATOR: &[Attribute] = &[
     up_to("damping", 3, "0 0 0", "").unsupported("the actuator would not be damped", "give the joint a `damping`"),
     number("armature", "0", "").unsupported("the rotor would have no inertia", "give the joint an `armature`"),
     number("delay", "0", "s").unsupported("the control signal would not be delayed", "leave it out"),
-    integer("nsample", "0"),
-    number("cranklength", "0", "m"),
+    integer("nsample", "0").without_effect(),
+    number("cranklength", "0", "m").without_effect(),
 ];

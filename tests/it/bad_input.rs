@@ -34,6 +34,7 @@ fn cases() -> Vec<(PathBuf, PathBuf)> {
     let mut cases: Vec<_> = paths.into_iter().map(|path| (path.with_extension("txt"), path)).collect();
     cases.push((Path::new(FOLDER).join("folder.txt"), FOLDER.into()));
     cases.push((Path::new(FOLDER).join("missing_file.txt"), Path::new(FOLDER).join("no_such_file.xml")));
+    cases.push((Path::new(FOLDER).join("misspelt_file.txt"), Path::new(FOLDER).join("parts/goem.xml")));
     cases
 }
 

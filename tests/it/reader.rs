@@ -272,3 +272,83 @@ fn pairs_actuators_and_custom_data_are_read_as_mujoco_reads_them() {
         assert_eq!(keys, json!(golden.key), "{}", golden.name);
     }
 }
+
+/// A value that differs from the default, as it would be written.
+fn another_value(column: &schema::Attribute) -> String {
+    match column.kind {
+        Kind::Name(_) => "new".into(),
+        Kind::Reference("geom" | "joint") => "other".into(),
+        Kind::Reference(what) => what.into(),
+        Kind::Class => "special".into(),
+        Kind::Text => if column.name == "eulerseq" { "zyx" } else { "word" }.into(),
+        Kind::Keyword(words) => words.iter().rfind(|w| **w != column.default).unwrap_or(&column.default).to_string(),
+        Kind::Integers(min, _) => vec!["4"; min.max(1)].join(" "),
+        Kind::Numbers(min, _) => (0..min).map(|i| format!("0.{}", 3 + i)).collect::<Vec<_>>().join(" "),
+    }
+}
+
+/// A scene with one more attribute in one element, and what else that element needs.
+fn scene_with(element: &str, attribute: &str) -> String {
+    let tag = |name: &str, always: &str| {
+        let more = if name == element { attribute } else { "" };
+        format!(
+            "<{name} {} {more}/>",
+            if more.is_empty() || !always.contains(more.split('=').next().unwrap()) { always } else { "" }
+        )
+    };
+    let only = |name: &str, always: &str| if name == element { tag(name, always) } else { String::new() };
+    format!(
+        "<mujoco {root}>{compiler}{option}<option>{flag}</option>
+        <default><default class='special'><geom condim='1'/><joint damping='9'/><pair condim='1'/>
+          <motor gear='7'/></default></default>
+        <asset><material name='material'/></asset>
+        <worldbody><body name='body'>{joint}<joint name='other' type='slide'/>{inertial}{geom}<geom name='other' size='1'/>
+          <frame {frame}><geom size='1'/></frame></body>
+          <body {body}><geom size='1'/></body><body>{freejoint}<geom size='1'/></body></worldbody>
+        <contact>{pair}{exclude}</contact>
+        <actuator>{motor}{position}{velocity}{general}</actuator>
+        <custom>{numeric}{text}</custom><keyframe>{key}</keyframe></mujoco>",
+        root = if element == "mujoco" { attribute } else { "" },
+        frame = if element == "frame" { attribute } else { "" },
+        body = if element == "body" { attribute } else { "" },
+        compiler = only("compiler", ""),
+        option = only("option", ""),
+        flag = only("flag", ""),
+        joint = tag("joint", "name='joint'"),
+        freejoint = tag("freejoint", ""),
+        inertial = only("inertial", "pos='0 0 0' mass='1'"),
+        geom = tag("geom", "name='geom' size='1'"),
+        pair = only("pair", "geom1='geom' geom2='other'"),
+        exclude = only("exclude", "body1='world' body2='body'"),
+        motor = only("motor", "joint='joint'"),
+        position = only("position", "joint='joint'"),
+        velocity = only("velocity", "joint='joint'"),
+        general = only("general", "joint='joint' biastype='affine'"),
+        numeric = only("numeric", "name='numeric' data='1'"),
+        text = only("text", "name='text' data='a'"),
+        key = only("key", ""),
+    )
+}
+
+#[test]
+fn nothing_supported_is_dropped() {
+    // References that only pictures need.
+    let pictures = ["material", "mesh", "hfield"];
+    let supported = |row: &&schema::Element| row.status == Status::Supported;
+    let mut dropped = Vec::new();
+    for row in schema::SCHEMA.iter().filter(supported).filter(|row| !row.is("include") && !row.is("default")) {
+        for column in row.typed_attributes().filter(|c| c.status == Status::Supported && !pictures.contains(&c.name)) {
+            let attribute = format!("{}='{}'", column.name, another_value(column));
+            let read = |text: &str| match mjcf::parse("scene.xml", text) {
+                Ok(loaded) => format!("{:?}", loaded.spec),
+                // Refused is not dropped, if it is this that is refused.
+                Err(failure) => failure.to_string(),
+            };
+            let with = read(&scene_with(row.names, &attribute));
+            if with == read(&scene_with(row.names, "")) {
+                dropped.push(format!("{} {attribute}", row.names));
+            }
+        }
+    }
+    assert!(dropped.is_empty(), "read, but without effect:\n{}", dropped.join("\n"));
+}
