@@ -76,7 +76,7 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
         row.extend(ours.iter().map(|r| largest(r, &theirs, i).map_or("–".to_owned(), |d| format!("{d:.1e}"))));
         rows.push(row);
     }
-    eprint!("{}\n", table(&rows));
+    eprintln!("{}", table(&rows));
 
     let mut rows =
         vec![["", "first above 1e-6", "where", "a step", "times MuJoCo's speed"].map(str::to_owned).to_vec()];
@@ -140,7 +140,7 @@ fn first_different(ours: &Rollout, theirs: &[Vec<f64>]) -> Option<(usize, usize)
     pairs.find(|(_, (_, d))| *d > DIFFERENT).map(|(i, (coordinate, _))| (i, coordinate))
 }
 
-/// "qpos[2] of disk"
+/// `qpos[2] of disk`
 fn coordinate_name(model: &Model, coordinate: usize) -> String {
     let joint = model.joints.iter().rev().find(|j| j.qposadr <= coordinate);
     let body = joint.map_or(String::new(), |j| format!(" of {}", super::explain::body_name(model, j.body)));
