@@ -8,6 +8,7 @@ mod explain;
 mod models;
 mod mujoco_law;
 mod penalty;
+mod reader;
 mod sim;
 mod smooth;
 mod tutorial;
