@@ -4,6 +4,7 @@ mod bad_input;
 mod cli;
 mod collision;
 mod compile;
+mod explain;
 mod models;
 mod mujoco_law;
 mod penalty;
