@@ -7,6 +7,7 @@ mod compile;
 mod models;
 mod mujoco_law;
 mod penalty;
+mod reader;
 mod sim;
 mod smooth;
 mod tutorial;
