@@ -17,13 +17,14 @@ pub const MIN_VAL: f64 = 1e-15;
 /// A quaternion from [w, x, y, z], normalised; a zero quaternion becomes the identity, as in MuJoCo.
 pub fn quat(wxyz: &[f64]) -> Quat {
     let q = nalgebra::Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
-    let norm = q.norm();
-    if norm < MIN_VAL {
-        Quat::identity()
-    } else if (norm - 1.0).abs() > MIN_VAL {
-        Quat::new_unchecked(q / norm)
-    } else {
+    let square = q.norm_squared();
+    // |q|² − 1 is twice |q| − 1: no root is needed to see that a quaternion is fine.
+    if (square - 1.0).abs() <= 2.0 * MIN_VAL {
         Quat::new_unchecked(q)
+    } else if square < MIN_VAL * MIN_VAL {
+        Quat::identity()
+    } else {
+        Quat::new_unchecked(q / square.sqrt())
     }
 }
 
@@ -45,11 +46,7 @@ pub fn mat(q: &Quat) -> Mat3 {
 pub fn exp(theta: &Vec3) -> Quat {
     let xx = 0.25 * theta.norm_squared();
     let (cos, sinc) = if xx < 0.0625 {
-        (
-            1.0 - xx / 2.0
-                * (1.0 - xx / 12.0 * (1.0 - xx / 30.0 * (1.0 - xx / 56.0 * (1.0 - xx / 90.0 * (1.0 - xx / 132.0))))),
-            1.0 - xx / 6.0 * (1.0 - xx / 20.0 * (1.0 - xx / 42.0 * (1.0 - xx / 72.0 * (1.0 - xx / 110.0)))),
-        )
+        (series(xx, &COS), series(xx, &SINC))
     } else {
         let x = xx.sqrt();
         let (sin, cos) = x.sin_cos();
@@ -57,6 +54,14 @@ pub fn exp(theta: &Vec3) -> Quat {
     };
     let v = theta * (0.5 * sinc);
     Quat::new_unchecked(nalgebra::Quaternion::new(cos, v.x, v.y, v.z))
+}
+
+/// Power series of cos x and sin x / x in x²: (−1)ᵏ / (2k)! and (−1)ᵏ / (2k + 1)!.
+const COS: [f64; 7] = [1.0, -1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0, 1.0 / 479001600.0];
+const SINC: [f64; 6] = [1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362880.0, -1.0 / 39916800.0];
+
+fn series<const N: usize>(x: f64, coefficients: &[f64; N]) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
 /// The 3-vector at `s[0..3]`.

@@ -2,6 +2,7 @@
 
 pub mod complementarity;
 pub mod impedance;
+pub mod mujoco;
 pub mod penalty;
 pub mod rows;
 pub mod tutorial;
@@ -24,7 +25,7 @@ pub struct Law {
 }
 
 /// The default comes first.
-pub const ALL: &[&Law] = &[&penalty::LAW, &tutorial::LAW];
+pub const ALL: &[&Law] = &[&penalty::LAW, &mujoco::LAW, &tutorial::LAW];
 
 /// The law of that name.
 pub fn by_name(name: &str) -> Option<&'static Law> {

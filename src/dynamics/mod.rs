@@ -48,9 +48,9 @@ pub fn prepare(model: &Model, data: &mut Data) {
 ///
 /// Reads:  qpos. Writes: xpos, xquat, xmat, xanchor, xaxis, geom_xpos, geom_xmat; com and axes of the movers.
 pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
-    for tree in &model.trees {
+    for (t, tree) in model.trees.iter().enumerate() {
         match &tree.free {
-            Some(free) => free::place(model, tree, free, qpos, data),
+            Some(free) => free::place(model, t, free, qpos, data),
             None => kinematics::articulated(model, tree, qpos, data),
         }
     }
@@ -72,14 +72,15 @@ pub fn smooth(model: &Model, _method: &Method, state: &State, data: &mut Data) {
         match &tree.free {
             Some(free) => {
                 let wrench = pushed.then(|| free::wrench(model, tree, free, state, data));
-                free::accelerate(tree, free, &gravity, wrench, &state.qvel, data);
+                free::accelerate(model, t, free, &gravity, wrench, &state.qvel, data);
             }
             None => articulated(model, t, &gravity, state, data),
         }
     }
 }
 
-/// [`smooth`] for one tree that is not a free body.
+/// [`smooth`] for one tree that is not a free body. Not inlined: the loop over free bodies stays small.
+#[inline(never)]
 fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mut Data) {
     let tree = &model.trees[t];
     bias::velocities(model, tree, &state.qvel, data);
