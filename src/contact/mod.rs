@@ -1,6 +1,7 @@
 //! Contact laws: depth and rate in, force out. The list [`ALL`] is the only place that knows their names.
 
 pub mod complementarity;
+pub mod constants;
 pub mod impedance;
 pub mod mujoco;
 pub mod penalty;
