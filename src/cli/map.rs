@@ -180,14 +180,17 @@ fn limits(setting: &Setting, quantities: [&Quantity; 2], spans: [[f64; 2]; 2]) -
 
 fn heading([x, y]: [&Quantity; 2]) -> Vec<String> {
     let other = if x.name == "timestep" { y } else { x };
-    vec!["".to_owned(), format!("at {}", other.name), "theory s".into(), "measured s".into(), "largest deviation".into()]
+    let first = String::new();
+    vec![first, format!("at {}", other.name), "theory s".into(), "measured s".into(), "median deviation".into(), "largest".into()]
 }
 
 /// The limit in the middle of the map, and how far measurement is from theory anywhere.
 fn summary(integrator: &Integrator, limits: &[Limit]) -> Vec<String> {
     let number = |x: Option<f64>| x.map_or("none".to_owned(), short);
     let both = |l: &Limit| Some((l.measured? / l.theory? - 1.0).abs());
-    let worst = limits.iter().filter_map(both).reduce(f64::max);
+    let mut deviations: Vec<f64> = limits.iter().filter_map(both).collect();
+    deviations.sort_by(f64::total_cmp);
+    let percent = |x: Option<&f64>| x.map_or("–".to_owned(), |w| format!("{:.2} %", 100.0 * w));
     let found = |l: &&Limit| l.theory.is_some() || l.measured.is_some();
     let limit = limits.iter().filter(found).nth(limits.iter().filter(found).count() / 2);
     vec![
@@ -195,7 +198,8 @@ fn summary(integrator: &Integrator, limits: &[Limit]) -> Vec<String> {
         number(limit.map(|l| l.at)),
         number(limit.and_then(|l| l.theory)),
         number(limit.and_then(|l| l.measured)),
-        worst.map_or("–".to_owned(), |w| format!("{:.2} %", 100.0 * w)),
+        percent(deviations.get(deviations.len() / 2)),
+        percent(deviations.last()),
     ]
 }
 

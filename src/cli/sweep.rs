@@ -59,7 +59,7 @@ pub struct Args {
     #[arg(long, value_name = "X,Y", value_parser = super::map::axes)]
     map: Option<super::map::Axes>,
     /// Cells of a map in each direction
-    #[arg(long, value_name = "N", default_value_t = 40, value_parser = scene::at_least_one)]
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = scene::at_least_one)]
     cells: usize,
 }
 
@@ -176,7 +176,7 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     let uncertainty = uncertainties(&target);
     let words = Words {
         title: format!("What accuracy costs: {name}"),
-        subtitle: format!("{} of simulated time. {}", si(args.time, "s"), notes.join("; ")),
+        subtitle: format!("{} of simulated time\n{}", si(args.time, "s"), notes.join("\n")),
         error: unit.clone(),
     };
     let figure = work_precision(&rows, words, &uncertainty);
@@ -214,14 +214,15 @@ fn target(args: &Args, case: &Case, laws: &[&'static Law], smallest: f64) -> Res
                     notes.push(format!("{}: no reference, it diverges even at the smallest timestep", law.name));
                     continue;
                 };
-                notes.push(format!("{}: truth is {}, uncertain by {:.1e} m", law.name, found.about, found.uncertainty));
+                let name = if contactless(&case.model) { "all laws (nothing touches)" } else { law.name };
+                notes.push(format!("{name}: truth is {}, uncertain by {} m", found.about, plot::number(found.uncertainty)));
                 references.insert(law.name, found);
             }
             Ok((Target::Poses(references), notes, position))
         }
         Truth::Mujoco => {
             let found = mujoco(args, case, smallest)?;
-            let note = format!("truth is {}, uncertain by {:.1e} m", found.about, found.uncertainty);
+            let note = format!("truth is {}, uncertain by {} m", found.about, plot::number(found.uncertainty));
             let references = laws.iter().map(|law| (law.name, found.clone())).collect();
             Ok((Target::Poses(references), vec![note], position))
         }
@@ -263,7 +264,7 @@ fn mujoco(args: &Args, case: &Case, smallest: f64) -> Result<Reference, Failure>
     let uncertainty = distance(&case.model, &samples, &coarser)
         .filter(|_| samples.len() == SAMPLES)
         .ok_or_else(|| Failure::Problem("error: MuJoCo's own run is unstable: it is no reference".to_owned()))?;
-    Ok(Reference { samples, uncertainty, about: format!("MuJoCo 4.0.0 at h = {fine:.1e} s") })
+    Ok(Reference { samples, uncertainty, about: format!("MuJoCo 4.0.0 at h = {} s", plot::number(fine)) })
 }
 
 fn uncertainties(target: &Target) -> BTreeMap<String, f64> {

@@ -14,6 +14,7 @@ mod plan;
 use std::collections::BTreeMap;
 
 use crate::contact;
+use crate::integrate;
 use crate::mjcf::{Document, NodeId, Problem, ProblemKind, Span, Spec, spec};
 use crate::model::{Flags, Model, Options, TutorialParams};
 
@@ -57,6 +58,12 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         plan: Default::default(),
     };
     model.plan = plan::plan(&model);
+    if let Err(dof) = invweight::fill(&mut model) {
+        let joint = world.joint_specs[model.dofs[dof].joint];
+        let help = "its motion is one that other joints already allow: remove it, turn its axis, or give it `armature`";
+        log.error(joint.node, ProblemKind::JointsDependent, help);
+        return Err(log.errors);
+    }
     Ok((model, log.warnings))
 }
 
@@ -154,12 +161,22 @@ fn options(spec: &Spec) -> Options {
     }
 }
 
-/// What the reader accepts, but Penny does not do.
+/// Choices that the reader accepts, but that name nothing Penny has.
 fn check_settings(spec: &Spec, log: &mut Log) {
+    let name = &spec.option.integrator;
+    if let (None, Some(node)) = (integrate::by_name(name), spec.option.node) {
+        let known: Vec<&str> = integrate::ALL.iter().flat_map(|i| i.mjcf.iter().copied()).collect();
+        let lost = "the scene would be integrated otherwise".into();
+        let kind = ProblemKind::Unsupported { name: name.clone(), lost };
+        log.value_error(node, "integrator", kind, format!("the integrators are {}", known.join(", ")));
+    }
     for text in spec.texts.iter().filter(|t| t.name == "penny.contact") {
         let names: Vec<&str> = contact::ALL.iter().map(|law| law.name).collect();
-        if !names.is_empty() && !names.contains(&text.data.as_str()) {
-            let help = format!("the laws are {}", names.join(", "));
+        if !names.contains(&text.data.as_str()) {
+            let help = match crate::mjcf::nearest(&text.data, names.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("the laws are {}", names.join(", ")),
+            };
             log.value_error(text.node, "data", ProblemKind::UnknownLaw { name: text.data.clone() }, help);
         }
     }

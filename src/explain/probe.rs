@@ -4,6 +4,7 @@
 //! small scene is simulated: one body that can only move along the normal, at rest on a plane with the contact's
 //! parameters, displaced by a nanometre or less. If that displacement grows, the step is too large.
 
+use crate::contact::constants::Spring;
 use crate::data::Data;
 use crate::explain::Touch;
 use crate::forward::{Method, forward, step};
@@ -12,9 +13,9 @@ use crate::state::State;
 
 /// Timesteps above this are not tried, s.
 pub const LARGEST: f64 = 1.0;
-/// Timesteps below this are not tried, s.
-const SMALLEST: f64 = 1e-6;
 const STEPS: usize = 3000;
+/// So many steps in a row near rest are enough.
+const CALM: usize = 30;
 /// m
 const DISPLACEMENT: f64 = 1e-9;
 /// Rest depth below which a contact counts as rigid, m.
@@ -30,9 +31,9 @@ pub fn largest_timestep(model: &Model, method: &Method, touch: &Touch) -> Option
     let scene = scene(model, method, touch)?;
     let stable = |h: f64| stable(&scene, &Method { timestep: h, ..*method });
     // REFSAFE softens contacts as the step grows, so stability can come back: look for the first step that fails.
-    let mut good = SMALLEST;
+    let mut good = certain(model, method, touch);
     let mut bad = loop {
-        let next = good * 1.2;
+        let next = good * 1.25;
         if next >= LARGEST {
             return Some(LARGEST);
         }
@@ -41,11 +42,19 @@ pub fn largest_timestep(model: &Model, method: &Method, touch: &Touch) -> Option
         }
         good = next;
     };
-    while bad / good > 1.001 {
+    while bad / good > 1.005 {
         let middle = (good * bad).sqrt();
         if stable(middle) { good = middle } else { bad = middle }
     }
     Some(good)
+}
+
+/// A timestep at which every integrator is stable: a small part of the time scales of spring and damper, s.
+fn certain(model: &Model, method: &Method, touch: &Touch) -> f64 {
+    let [soft, hard] = touch.springs(model, method.timestep);
+    let point = touch.tutorial_spring(model, method.timestep);
+    let scale = |s: &Spring| (1.0 / s.omega()).min(s.mass / s.c).min(s.c / s.k);
+    [soft, hard, Spring { mass: touch.lightest, ..point }].iter().map(scale).fold(LARGEST, f64::min) * 0.02
 }
 
 /// The body on its spring. `None` if the pair cannot be put so (nothing of it moves).
@@ -98,17 +107,25 @@ fn stable(scene: &Model, method: &Method) -> bool {
         (small, 2.0 * small)
     };
     state.qpos[0] = rest + displacement;
-    // Upwards only: a slow fall into the contact may be deep and is no sign of anything.
-    let mut largest: f64 = 0.0;
+    let (mut highest, mut calm) = (0.0, 0);
     for i in 0..STEPS {
         if step(scene, method, &mut state, &mut data).is_err() {
             return false;
         }
+        // Upwards only: a slow fall into the contact may be deep and is no sign of anything.
+        let now = state.qpos[0] - rest;
         if i >= STEPS / 2 {
-            largest = largest.max(state.qpos[0] - rest);
+            highest = f64::max(highest, now);
+        }
+        calm = if now.abs() < 0.1 * displacement { calm + 1 } else { 0 };
+        if calm == CALM {
+            return true;
+        }
+        if now > 1e3 * bound {
+            return false;
         }
     }
-    largest < bound
+    highest < bound
 }
 
 /// Where the law holds the weight: qpos at which nothing accelerates, by bisection.

@@ -12,7 +12,7 @@ mod scale;
 use std::path::Path;
 
 pub use output::{png, svg};
-pub use scale::superscript;
+pub use scale::{number, superscript};
 
 use palette::{Marker, Rgb};
 

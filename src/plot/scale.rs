@@ -47,14 +47,17 @@ impl Scale {
         let (first, last) = ((self.low - 1e-9).ceil() as i32, (self.high + 1e-9).floor() as i32);
         let every = ((last - first) as usize / room.max(1) + 1) as i32;
         let decades: Vec<i32> = (first..=last).filter(|k| k % every == 0).collect();
+        let decades: Vec<(f64, String)> = decades.into_iter().map(|k| (10f64.powi(k), power(1, k))).collect();
         if decades.len() >= 3 {
-            return decades.into_iter().map(|k| (10f64.powi(k), power(1, k))).collect();
+            return decades;
         }
-        // Less than three decades: 2 and 5 between them too.
+        // Less than three decades: 2 and 5 between them too, where there is room for them.
         let all = ((self.low.floor() as i32)..=(self.high.ceil() as i32)).flat_map(|k| [1, 2, 5].map(|m| (m, k)));
         let value = |m: i32, k: i32| f64::from(m) * 10f64.powi(k);
         let inside = |v: f64| (self.low - 1e-9..=self.high + 1e-9).contains(&v.log10());
-        all.filter(|&(m, k)| inside(value(m, k))).map(|(m, k)| (value(m, k), power(m, k))).collect()
+        let finer: Vec<(f64, String)> =
+            all.filter(|&(m, k)| inside(value(m, k))).map(|(m, k)| (value(m, k), power(m, k))).collect();
+        if finer.len() > room + 1 && decades.len() > 1 { decades } else { finer }
     }
 
     fn linear_ticks(&self, room: usize) -> Vec<(f64, String)> {
@@ -73,6 +76,19 @@ impl Scale {
         }
         let decades = (self.low.floor() as i32)..=(self.high.ceil() as i32);
         decades.flat_map(|k| (2..10).map(move |m| f64::from(m) * 10f64.powi(k))).collect()
+    }
+}
+
+/// A number for a sentence: two digits, powers of ten raised.
+pub fn number(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return x.to_string();
+    }
+    let text = format!("{x:.1e}");
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    match exponent.parse::<i32>() {
+        Ok(k) if !(-2..4).contains(&k) => format!("{mantissa}·10{}", superscript(k)),
+        _ => format!("{:.*}", (1 - x.abs().log10().floor() as i32).max(0) as usize, x),
     }
 }
 

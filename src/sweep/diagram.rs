@@ -20,11 +20,11 @@ pub struct Words {
 
 /// Error over cost of all stable rows. `uncertainty` of the reference by law, in the error's unit.
 pub fn work_precision(rows: &[Row], words: Words, uncertainty: &BTreeMap<String, f64>) -> Figure {
-    let mut laws: Vec<&str> = rows.iter().map(|r| r.law.as_str()).collect();
-    laws.sort_unstable();
-    laws.dedup();
+    let listed = crate::contact::ALL.iter().map(|law| law.name);
+    let laws: Vec<&str> = listed.filter(|law| rows.iter().any(|r| r.law == *law)).collect();
     let front: Vec<[f64; 2]> = pareto(rows).into_iter().filter_map(Row::place).map(floor).collect();
-    let panels = laws.iter().map(|law| panel(rows, law, &words.error, &front, uncertainty.get(*law).copied())).collect();
+    let panels =
+        laws.iter().map(|law| panel(rows, law, &words.error, &front, uncertainty.get(*law).copied())).collect();
     let subtitle = format!("{}\nDown and left is better; broad: the Pareto front, which no method beats.", words.subtitle);
     Figure { shared: true, ..Figure::new(words.title, subtitle, panels) }
 }

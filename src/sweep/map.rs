@@ -214,7 +214,7 @@ fn set_spring(model: &mut Model, k: Option<f64>, zeta: Option<f64>) {
 }
 
 /// Steps of a run that is classified: as many as its time needs, within these.
-const STEPS: [f64; 2] = [400.0, 20_000.0];
+const STEPS: [f64; 2] = [400.0, 4_000.0];
 
 /// Runs a setting and says what becomes of it; the criteria are those of [`Class::criterion`].
 pub fn classify(setting: &Setting) -> Class {

@@ -6,6 +6,7 @@ use crate::contact::Law;
 use crate::data::Data;
 use crate::forward::Method;
 use crate::integrate::{self, Integrator};
+use crate::plot::number;
 
 /// A trajectory that counts as the truth.
 #[derive(Clone, Debug)]
@@ -40,7 +41,7 @@ fn reference(case: &Case, contact: &'static Law, integrator: &'static Integrator
     let (samples, coarser) = (run(fine), run(2.0 * fine));
     let uncertainty = distance(&case.model, &samples, &coarser)?;
     let complete = samples.len() == trajectory::SAMPLES;
-    complete.then(|| Reference { samples, uncertainty, about: format!("{} at h = {fine:.1e} s", integrator.name) })
+    complete.then(|| Reference { samples, uncertainty, about: format!("{} at h = {} s", integrator.name, number(fine)) })
 }
 
 /// Rounds of the penalty law in a reference.

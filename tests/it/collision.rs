@@ -1,8 +1,11 @@
 //! Colliders against MuJoCo's contacts, and against truths that need no other engine.
 
-use penny::collision::{Hits, Placed, collider, frame};
+use penny::collision::sweep::{may_touch, order};
+use penny::collision::{Hits, Placed, collider, detect, frame};
+use penny::data::Data;
 use penny::math::{Mat3, Vec3, mat, quat, vec3};
-use penny::model::GeomKind;
+use penny::model::{GeomKind, Model, Pair, Pairs};
+use penny::state::State;
 use serde::Deserialize;
 
 const KINDS: [GeomKind; 6] =
@@ -11,6 +14,15 @@ const KINDS: [GeomKind; 6] =
 #[derive(Deserialize)]
 struct Golden {
     poses: Vec<Poses>,
+    scenes: Vec<Scene>,
+}
+
+/// The contacts of a whole scene: two geoms, condim, dist, pos, normal, first tangent.
+#[derive(Deserialize)]
+struct Scene {
+    name: String,
+    xml: String,
+    contacts: Vec<[f64; 13]>,
 }
 
 /// One pair of shapes; see `tests/golden/topics/contacts.py` for the layout of the numbers.
@@ -360,4 +372,103 @@ fn areas_are_held_by_several_points() {
     check([Cylinder, Box], &wide, &upright([0.1, 0.1, 0.1], 0.1999), 4);
     check([Cylinder, Cylinder], &wide, &upright([0.2, 0.02, 0.0], 0.1199), 4);
     check([Capsule, Cylinder], &lying([0.05, 0.3, 0.0], 0.1499), &wide, 2);
+}
+
+/// Whole scenes: the same contacts in the same order, frames included; also with every pair found by the sweep.
+#[test]
+fn scenes_have_mujocos_contacts_in_mujocos_order() {
+    for scene in golden().scenes {
+        let model = penny::parse(&scene.name, &scene.xml).unwrap_or_else(|e| panic!("{e}")).model;
+        let state = State::new(&model);
+        let mut data = Data::new(&model);
+        penny::dynamics::kinematics(&model, &state.qpos, &mut data);
+        detect(&model, &mut data);
+        let pair = |geom: [u32; 2]| format!("{}-{}", geom[0], geom[1]);
+        let found: Vec<String> = data.contacts.iter().map(|c| pair(c.geom)).collect();
+        let expected: Vec<String> = scene.contacts.iter().map(|c| pair([c[0] as u32, c[1] as u32])).collect();
+        assert_eq!(found, expected, "{}", scene.name);
+        for (c, e) in data.contacts.iter().zip(&scene.contacts) {
+            let which = format!("{}: {}", scene.name, pair(c.geom));
+            let condim = model.mixes[c.mix as usize].condim;
+            assert_eq!(condim, e[2] as usize, "{which}: condim");
+            assert!((c.dist - e[3]).abs() < 1e-12, "{which}: dist {} not {}", c.dist, e[3]);
+            assert!((c.pos - vec3(&e[4..7])).norm() < 1e-12, "{which}: pos {} not {:?}", c.pos, &e[4..7]);
+            assert!((c.frame.row(0).transpose() - vec3(&e[7..10])).norm() < 1e-12, "{which}: normal");
+            let tangent = if condim > 1 { vec3(&e[10..13]) } else { Vec3::zeros() };
+            assert!((c.frame.row(1).transpose() - tangent).norm() < 1e-12, "{which}: tangent");
+        }
+    }
+}
+
+/// Every pair of a model listed one by one, as if there were no broad phase.
+fn without_sweep(model: &Model) -> Model {
+    let mut listed = model.pairs.listed.clone();
+    let replaced = |a: usize, b: usize| listed.iter().any(|p| p.geom == [a, b] || p.geom == [b, a]);
+    let mut more = Vec::new();
+    for &a in &model.pairs.swept {
+        for &b in model.pairs.swept.iter().filter(|&&b| b > a && !replaced(a, b)) {
+            if may_touch(&model.bodies, &model.geoms, a, b, true, &model.pairs.excluded) {
+                let classes = model.pairs.mix_table.len().isqrt();
+                let place = model.pairs.class[a] as usize * classes + model.pairs.class[b] as usize;
+                let mix = model.pairs.mix_table[place] as usize;
+                more.extend(Pair::new(&model.geoms, [a, b], mix, &model.mixes[mix]));
+            }
+        }
+    }
+    listed.append(&mut more);
+    listed.sort_by_key(|pair| order(&model.geoms, pair));
+    Model { pairs: Pairs { listed, ..Pairs::default() }, ..model.clone() }
+}
+
+/// The sweep keeps its list from step to step; bodies drift apart and together and jump, and no contact is lost or
+/// added. One heap of all sizes, one of equal balls, where a list kept too long would show.
+#[test]
+fn the_sweep_finds_what_testing_every_pair_finds() {
+    let heap = golden().scenes.into_iter().find(|scene| scene.name.starts_with("heap")).unwrap();
+    let ball = "<body><freejoint/><geom size='.05'/></body>";
+    let balls = format!("<mujoco><worldbody>{}</worldbody></mujoco>", ball.repeat(100));
+    for xml in [heap.xml, balls] {
+        let model = penny::parse("heap", &xml).unwrap_or_else(|e| panic!("{e}")).model;
+        assert!(!model.pairs.swept.is_empty(), "the heap is too small for a broad phase");
+        let brute = without_sweep(&model);
+        let mut seed = 11;
+        let mut place = |scale: f64| model.joints.iter().map(|_| scatter3(&mut seed) * scale).collect::<Vec<_>>();
+        let (mut pos, drift, jumps) = (place(0.6), place(0.004), place(0.6));
+        let mut qpos = model.qpos0.clone();
+        let (mut swept, mut all) = (Data::new(&model), Data::new(&brute));
+        for step in 0..120 {
+            for (k, joint) in model.joints.iter().enumerate() {
+                let back_and_forth = drift[k] * if step / 20 % 2 == 0 { 1.0 } else { -1.0 };
+                pos[k] = if step % 40 == 39 && k % 10 == 0 { jumps[k] } else { pos[k] + back_and_forth };
+                qpos[joint.qposadr..joint.qposadr + 3].copy_from_slice(pos[k].as_slice());
+            }
+            let contacts = [(&model, &mut swept), (&brute, &mut all)].map(|(model, data)| {
+                penny::dynamics::kinematics(model, &qpos, data);
+                detect(model, data);
+                data.contacts.iter().map(|c| (c.geom, c.feature, c.dist.to_bits())).collect::<Vec<_>>()
+            });
+            assert!(contacts[1].len() > 5, "step {step}: only {} contacts", contacts[1].len());
+            assert_eq!(contacts[0], contacts[1], "step {step}");
+        }
+    }
+}
+
+/// Whatever a diverging run hands to the colliders, they return.
+#[test]
+fn no_collider_panics_on_wild_numbers() {
+    let wild = [0.0, -0.0, 1e-300, 1e300, f64::INFINITY, f64::NAN];
+    let mut seed = 3;
+    let mut number = || {
+        let k = (scatter(&mut seed) * 12.0) as i32;
+        if (0..6).contains(&k) { wild[k as usize] } else { scatter(&mut seed) }
+    };
+    let pairs = KINDS.into_iter().flat_map(|a| KINDS.map(|b| [a, b])).filter(|k| collider(k[0], k[1]).is_some());
+    for (kinds, _) in pairs.flat_map(|kinds| (0..500).map(move |i| (kinds, i))) {
+        let mut shape = || Shape {
+            size: Vec3::new(0.1, 0.2, 0.3),
+            pos: Vec3::from_fn(|_, _| number()),
+            mat: Mat3::from_fn(|_, _| number()),
+        };
+        collide(kinds, &shape(), &shape(), 0.01);
+    }
 }

@@ -108,7 +108,11 @@ fn every_scene_runs_a_second_under_every_law_and_integrator() {
         for (start, state) in starts(&model) {
             for &contact in contact::ALL {
                 for &integrator in integrate::ALL {
-                    let method = Method { contact, integrator, ..method(&model) };
+                    let method = Method { contact, integrator, ..self::method(&model) };
+                    // Keyframes with the scene's own integrator only: the rest would cost and show little more.
+                    if start != "qpos0" && integrator.name != self::method(&model).integrator.name {
+                        continue;
+                    }
                     let (mut state, mut data) = (state.clone(), Data::new(&model));
                     let steps = (1.0 / method.timestep).round() as usize;
                     let outcome = (0..steps).try_for_each(|_| step(&model, &method, &mut state, &mut data));
