@@ -18,7 +18,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for law in contact::ALL {
             let method = ready.method(law).ok_or("unknown integrator")?;
             let exact = (ready.truth.exact)(&ready.case, &method).ok_or("the scene does not fit its closed form")?;
-            if (exact - record.exact).abs() > 1e-9 * record.exact.abs() { print!("!!{exact}"); }
+            if (exact - record.exact).abs() > 1e-9 * record.exact.abs() {
+                print!("!!{exact}");
+            }
             print!(" {:10.1e}", ready.value(&method) - exact);
         }
         println!();

@@ -56,7 +56,9 @@ fn axis(text: &str) -> Result<AxisArg, String> {
         Some(ends) => {
             let (low, high) = ends?;
             let positive = |s: &str| scene::positive(s).map_err(|_| format!("`{s}` is not a number above 0"));
-            Some([positive(low)?, positive(high)?]).filter(|[l, h]| l < h).map_or(Err("a range is LOW..HIGH"), |r| Ok(Some(r)))?
+            Some([positive(low)?, positive(high)?])
+                .filter(|[l, h]| l < h)
+                .map_or(Err("a range is LOW..HIGH"), |r| Ok(Some(r)))?
         }
     };
     Ok(AxisArg { quantity, range })
@@ -84,7 +86,8 @@ pub fn map(
     let timestep = case.model.opt.timestep;
     let own = case.model.contact_law().and_then(|name| laws.iter().find(|l| l.name == name));
     let contact = own.or(laws.first()).copied().ok_or_else(|| Failure::Usage("error: no contact law".to_owned()))?;
-    let setting = |integrator| Setting { case: case.clone(), method: Method { contact, integrator, timestep, rounds: 1 } };
+    let setting =
+        |integrator| Setting { case: case.clone(), method: Method { contact, integrator, timestep, rounds: 1 } };
     let quantities = [axes[0].quantity, axes[1].quantity];
     let mut spans = [[0.0; 2]; 2];
     for (span, axis) in spans.iter_mut().zip(axes) {
@@ -181,7 +184,14 @@ fn limits(setting: &Setting, quantities: [&Quantity; 2], spans: [[f64; 2]; 2]) -
 fn heading([x, y]: [&Quantity; 2]) -> Vec<String> {
     let other = if x.name == "timestep" { y } else { x };
     let first = String::new();
-    vec![first, format!("at {}", other.name), "theory s".into(), "measured s".into(), "median deviation".into(), "largest".into()]
+    vec![
+        first,
+        format!("at {}", other.name),
+        "theory s".into(),
+        "measured s".into(),
+        "median deviation".into(),
+        "largest".into(),
+    ]
 }
 
 /// The limit in the middle of the map, and how far measurement is from theory anywhere.
@@ -204,7 +214,8 @@ fn summary(integrator: &Integrator, limits: &[Limit]) -> Vec<String> {
 }
 
 fn record(integrator: &Integrator, found: &Map, limits: &[Limit]) -> serde_json::Value {
-    let limits: Vec<_> = limits.iter().map(|l| json!({ "at": l.at, "theory": l.theory, "measured": l.measured })).collect();
+    let limits: Vec<_> =
+        limits.iter().map(|l| json!({ "at": l.at, "theory": l.theory, "measured": l.measured })).collect();
     json!({
         "integrator": integrator.name,
         "classes": found.classes.iter().map(|c| c.name()).collect::<Vec<_>>(),
@@ -212,7 +223,13 @@ fn record(integrator: &Integrator, found: &Map, limits: &[Limit]) -> serde_json:
     })
 }
 
-fn panel(integrator: &Integrator, quantities: [&Quantity; 2], edges: [&[f64]; 2], found: &Map, limits: &[Limit]) -> Panel {
+fn panel(
+    integrator: &Integrator,
+    quantities: [&Quantity; 2],
+    edges: [&[f64]; 2],
+    found: &Map,
+    limits: &[Limit],
+) -> Panel {
     let colors = found.classes.iter().map(|c| CLASSES[*c as usize]).collect();
     let mut layers = vec![Layer::Cells(Cells { x: edges[0].to_vec(), y: edges[1].to_vec(), colors })];
     let place = |at: f64, h: f64| if quantities[0].name == "timestep" { [h, at] } else { [at, h] };

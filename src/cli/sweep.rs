@@ -38,10 +38,10 @@ pub struct Args {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = scene::integrator_parser())]
     integrators: Vec<String>,
     /// Timesteps in seconds: a list `1e-3,1e-4`, or LOW..HIGH, or LOW..HIGH:COUNT, log-spaced [default: 1e-5..0.1:9]
-    #[arg(long, value_name = "S", value_parser = timesteps)]
+    #[arg(long, value_name = "S", value_parser = timesteps, allow_negative_numbers = true)]
     timesteps: Option<Timesteps>,
     /// Simulated time in seconds
-    #[arg(long, value_name = "S", value_parser = scene::positive, default_value_t = 1.0)]
+    #[arg(long, value_name = "S", value_parser = scene::positive, default_value_t = 1.0, allow_negative_numbers = true)]
     time: f64,
     /// What errors are measured against
     #[arg(long, value_enum, default_value_t = Truth::Converged)]
@@ -147,7 +147,12 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     let mut files = Files::open(&directory, &settings, args.resume)?;
     let todo: Vec<Method> = methods.iter().copied().filter(|m| !files.rows.iter().any(|r| grid::is_of(r, m))).collect();
     if todo.len() < methods.len() {
-        eprintln!("{}: {} of {} rows are there already", directory.display(), methods.len() - todo.len(), methods.len());
+        eprintln!(
+            "{}: {} of {} rows are there already",
+            directory.display(),
+            methods.len() - todo.len(),
+            methods.len()
+        );
     }
 
     let bar = bar("finding the truth", 0);
@@ -204,7 +209,12 @@ fn work(methods: &[Method]) -> u64 {
 }
 
 /// What errors are measured against, what there is to say about it, and what the error is of.
-fn target(args: &Args, case: &Case, laws: &[&'static Law], smallest: f64) -> Result<(Target, Vec<String>, String), Failure> {
+fn target(
+    args: &Args,
+    case: &Case,
+    laws: &[&'static Law],
+    smallest: f64,
+) -> Result<(Target, Vec<String>, String), Failure> {
     let position = "position [m]".to_owned();
     match args.truth {
         Truth::Converged => {
@@ -215,7 +225,11 @@ fn target(args: &Args, case: &Case, laws: &[&'static Law], smallest: f64) -> Res
                     continue;
                 };
                 let name = if contactless(&case.model) { "all laws (nothing touches)" } else { law.name };
-                notes.push(format!("{name}: truth is {}, uncertain by {} m", found.about, plot::number(found.uncertainty)));
+                notes.push(format!(
+                    "{name}: truth is {}, uncertain by {} m",
+                    found.about,
+                    plot::number(found.uncertainty)
+                ));
                 references.insert(law.name, found);
             }
             Ok((Target::Poses(references), notes, position))
@@ -277,7 +291,9 @@ fn uncertainties(target: &Target) -> BTreeMap<String, f64> {
 /// The cheapest method for each accuracy, as a table.
 fn recommendations(rows: &[Row], unit: &str, uncertainty: &BTreeMap<String, f64>) -> String {
     let mut lines = vec![
-        ["error at most", "cheapest method", "timestep", "error", "a step", "times real time"].map(str::to_owned).to_vec(),
+        ["error at most", "cheapest method", "timestep", "error", "a step", "times real time"]
+            .map(str::to_owned)
+            .to_vec(),
     ];
     for tolerance in TOLERANCES {
         let mut line = vec![format!("{tolerance:.0e}")];
@@ -325,9 +341,11 @@ struct Files {
 impl Files {
     /// Makes the directory; with `resume` reads the rows that are there.
     fn open(directory: &Path, settings: &Value, resume: bool) -> Result<Files, Failure> {
-        let cannot = |e: std::io::Error| Failure::Problem(format!("error: {} cannot be written: {e}", directory.display()));
+        let cannot =
+            |e: std::io::Error| Failure::Problem(format!("error: {} cannot be written: {e}", directory.display()));
         fs::create_dir_all(directory).map_err(cannot)?;
-        let mut files = Files { csv: directory.join("sweep.csv"), json: directory.join("sweep.json"), rows: Vec::new() };
+        let mut files =
+            Files { csv: directory.join("sweep.csv"), json: directory.join("sweep.json"), rows: Vec::new() };
         if resume {
             files.resume(settings)?;
         }

@@ -25,7 +25,8 @@ pub fn work_precision(rows: &[Row], words: Words, uncertainty: &BTreeMap<String,
     let front: Vec<[f64; 2]> = pareto(rows).into_iter().filter_map(Row::place).map(floor).collect();
     let panels =
         laws.iter().map(|law| panel(rows, law, &words.error, &front, uncertainty.get(*law).copied())).collect();
-    let subtitle = format!("{}\nDown and left is better; broad: the Pareto front, which no method beats.", words.subtitle);
+    let subtitle =
+        format!("{}\nDown and left is better; broad: the Pareto front, which no method beats.", words.subtitle);
     Figure { shared: true, ..Figure::new(words.title, subtitle, panels) }
 }
 
@@ -39,7 +40,9 @@ fn panel(rows: &[Row], law: &str, error: &str, front: &[[f64; 2]], uncertainty: 
     let ends = rows.iter().filter_map(Row::place).map(|[cost, _]| cost);
     let (low, high) = ends.fold((f64::INFINITY, 0.0f64), |(l, h), c| (l.min(c), h.max(c)));
     if let Some(u) = uncertainty.filter(|u| *u > 1e-16 && low < high) {
-        layers.push(Layer::Line(Line::new("uncertain below", GREY, vec![[low, u], [high, u]]).wide(1.0).dashed(DASHES[1])));
+        layers.push(Layer::Line(
+            Line::new("uncertain below", GREY, vec![[low, u], [high, u]]).wide(1.0).dashed(DASHES[1]),
+        ));
     }
     for (i, integrator) in crate::integrate::ALL.iter().enumerate() {
         let of = |r: &&Row| r.law == law && r.integrator == integrator.name;
@@ -50,5 +53,10 @@ fn panel(rows: &[Row], law: &str, error: &str, front: &[[f64; 2]], uncertainty: 
             layers.push(Layer::Line(line.dashed(DASHES[i % DASHES.len()]).marked(MARKERS[i % MARKERS.len()])));
         }
     }
-    Panel::new(law, Axis::log("computing time per simulated time [s/s]"), Axis::log(format!("error of {error}")), layers)
+    Panel::new(
+        law,
+        Axis::log("computing time per simulated time [s/s]"),
+        Axis::log(format!("error of {error}")),
+        layers,
+    )
 }

@@ -56,7 +56,12 @@ pub fn timesteps(case: &Case, smallest: f64, largest: f64, count: usize) -> Vec<
 }
 
 /// All combinations, those of the most steps first, so that the cores finish together.
-pub fn methods(laws: &[&'static Law], integrators: &[&'static Integrator], timesteps: &[f64], rounds: usize) -> Vec<Method> {
+pub fn methods(
+    laws: &[&'static Law],
+    integrators: &[&'static Integrator],
+    timesteps: &[f64],
+    rounds: usize,
+) -> Vec<Method> {
     let mut list = Vec::new();
     for &timestep in timesteps {
         for &contact in laws {
@@ -169,7 +174,9 @@ pub fn pareto(rows: &[Row]) -> Vec<&Row> {
 /// The cheapest row that is at least that accurate.
 pub fn cheapest(rows: &[Row], tolerance: f64) -> Option<&Row> {
     let good = rows.iter().filter(|r| r.place().is_some_and(|[_, error]| error <= tolerance));
-    good.min_by(|a, b| a.ns_per_simulated_second.partial_cmp(&b.ns_per_simulated_second).unwrap_or(std::cmp::Ordering::Equal))
+    good.min_by(|a, b| {
+        a.ns_per_simulated_second.partial_cmp(&b.ns_per_simulated_second).unwrap_or(std::cmp::Ordering::Equal)
+    })
 }
 
 #[cfg(test)]

@@ -41,7 +41,11 @@ fn reference(case: &Case, contact: &'static Law, integrator: &'static Integrator
     let (samples, coarser) = (run(fine), run(2.0 * fine));
     let uncertainty = distance(&case.model, &samples, &coarser)?;
     let complete = samples.len() == trajectory::SAMPLES;
-    complete.then(|| Reference { samples, uncertainty, about: format!("{} at h = {} s", integrator.name, number(fine)) })
+    complete.then(|| Reference {
+        samples,
+        uncertainty,
+        about: format!("{} at h = {} s", integrator.name, number(fine)),
+    })
 }
 
 /// Rounds of the penalty law in a reference.

@@ -130,7 +130,6 @@ pub fn joint_springs(model: &Model) -> Vec<Spring> {
     model.joints.iter().filter(single).map(spring).collect()
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -366,7 +366,8 @@ pub const ALL: &[Truth] = &[
         quantity: "period [s]",
         about: "Ω² sin α = 4 g/a for a thin disk",
         exact: |case, _| {
-            let (body, geom) = (case.model.bodies.get(1)?, case.model.geoms.iter().find(|g| g.kind == GeomKind::Cylinder)?);
+            let (body, geom) =
+                (case.model.bodies.get(1)?, case.model.geoms.iter().find(|g| g.kind == GeomKind::Cylinder)?);
             let tilt = axis(&case.start.qpos[3..7]).z.acos();
             let weight = body.mass * g(case).norm();
             let omega = euler_disk([geom.size.x, geom.size.y], [body.inertia.x, body.inertia.z], weight, tilt);
