@@ -156,7 +156,6 @@ impl Rows {
     }
 
     /// Adds one side's share of the rows that start at six `start`.
-    #[allow(clippy::too_many_arguments)] // one call site, private
     #[inline]
     fn fill(
         &mut self,

@@ -272,13 +272,22 @@ impl Check<'_> {
             if (what == "body" && name == "world") || self.names.contains_key(&(what, name.clone())) {
                 continue;
             }
-            let known = self.names.keys().filter(|(w, _)| *w == what).map(|(_, n)| n.as_str());
-            let near = nearest(&name, known).map(str::to_string);
+            let known = || self.names.keys().filter(|(w, _)| *w == what).map(|(_, n)| n.as_str());
+            let help = match nearest(&name, known()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if what == "material" => format!("add `<material name=\"{name}\"/>` to `<asset>`"),
+                None => match known().count() {
+                    0 => format!("no {what} has a name here"),
+                    1..=5 => format!("there is {}", or(known().map(|n| format!("`{n}`")))),
+                    _ => String::new(),
+                },
+            };
             let kind = match what {
                 CLASS => ProblemKind::UnknownClass { name },
                 _ => ProblemKind::UnknownReference { what: what.into(), name },
             };
-            self.problems.push(Problem::new(kind, span).suggest(near.as_deref()));
+            let problem = Problem::new(kind, span);
+            self.problems.push(if help.is_empty() { problem } else { problem.help(help) });
         }
     }
 

@@ -79,8 +79,8 @@ pub enum ProblemKind {
     DuplicateAttribute { attribute: String },
     #[error("{what}")]
     BadEntity { what: String },
-    #[error("text between elements has no meaning in MJCF")]
-    StrayText,
+    #[error("text between elements has no meaning in MJCF{}", elsewhere(*more))]
+    StrayText { more: usize },
     #[error("this is not an MJCF file: its outermost element is `{found}`, not `mujoco`")]
     NotMjcf { found: String },
     #[error("`{file}` includes itself")]
@@ -223,7 +223,7 @@ impl ProblemKind {
             TooDeep { .. } => "too-deep",
             DuplicateAttribute { .. } => "duplicate-attribute",
             BadEntity { .. } => "bad-entity",
-            StrayText => "stray-text",
+            StrayText { .. } => "stray-text",
             NotMjcf { .. } => "not-mjcf",
             IncludeCycle { .. } => "include-cycle",
             IncludeTwice { .. } => "include-twice",
@@ -286,10 +286,18 @@ impl ProblemKind {
     pub fn severity(&self) -> Severity {
         use ProblemKind::*;
         match self {
-            StrayText | Ignored { .. } | OrientationLost | RangeLost | PairAtRest | MixedSolref { .. } => {
+            StrayText { .. } | Ignored { .. } | OrientationLost | RangeLost | PairAtRest | MixedSolref { .. } => {
                 Severity::Warning
             }
             _ => Severity::Error,
         }
+    }
+}
+
+fn elsewhere(more: usize) -> String {
+    match more {
+        0 => String::new(),
+        1 => " (here and in one more place)".to_string(),
+        _ => format!(" (here and in {more} more places)"),
     }
 }

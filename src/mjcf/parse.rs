@@ -47,6 +47,7 @@ pub fn parse(name: &str, text: &str) -> (Document, Vec<Problem>) {
         folder: Path::new(name).parent().unwrap_or(Path::new("")).to_path_buf(),
         open: vec![canonical(Path::new(name))],
         seen: BTreeSet::from([canonical(Path::new(name))]),
+        last_stray: Span::default(),
     };
     parser.file(Source { name: name.to_string(), text: text.to_string() }, None);
     if parser.document.nodes.is_empty() && parser.problems.is_empty() {
@@ -104,6 +105,8 @@ struct Parser {
     /// The files being read, main file first.
     open: Vec<PathBuf>,
     seen: BTreeSet<PathBuf>,
+    /// The text between elements that came last.
+    last_stray: Span,
 }
 
 /// An element whose end tag has not come yet.
@@ -125,6 +128,11 @@ struct File<'a> {
 }
 
 impl File<'_> {
+    /// Whether nothing stands between two places.
+    fn blank(&self, from: u32, to: u32) -> bool {
+        self.text.get(from as usize..to as usize).is_some_and(|between| between.trim().is_empty())
+    }
+
     /// The place of a slice of the text.
     fn span(&self, part: &str) -> Span {
         let start = part.as_ptr() as usize - self.text.as_ptr() as usize;
@@ -377,16 +385,20 @@ impl Parser {
     }
 
     fn stray(&mut self, file: &File, span: Span) {
-        // Entities cut a text into several events.
-        if let Some(last) = self.problems.last_mut().filter(|p| matches!(p.kind, ProblemKind::StrayText))
-            && last.span.file == span.file
-            && file.text[last.span.end as usize..span.start as usize].trim().is_empty()
-        {
-            last.span.end = span.end;
-            return;
+        if file.stack.is_empty() {
+            return self.report(ProblemKind::TextOutside, span);
         }
-        let kind = if file.stack.is_empty() { ProblemKind::TextOutside } else { ProblemKind::StrayText };
-        self.report(kind, span);
+        // Entities cut a text into several events.
+        let last = std::mem::replace(&mut self.last_stray, span);
+        let goes_on = last.file == span.file && last.end > 0 && file.blank(last.end, span.start);
+        // One warning for a file is enough: pasted text has a bar or a bullet on every line.
+        let of_file = |p: &&mut Problem| p.span.file == file.number && matches!(p.kind, ProblemKind::StrayText { .. });
+        match self.problems.iter_mut().find(of_file) {
+            None => self.report(ProblemKind::StrayText { more: 0 }, span),
+            Some(first) if goes_on && first.span.end == last.end => first.span.end = span.end,
+            Some(Problem { kind: ProblemKind::StrayText { more }, .. }) if !goes_on => *more += 1,
+            Some(_) => {}
+        }
     }
 
     /// Reads another file and puts the children of its outermost element in the include's place.

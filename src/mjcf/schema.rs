@@ -10,7 +10,7 @@ pub use super::table::SCHEMA;
 /// A row: one element, or several that differ only in name.
 pub struct Element {
     pub names: &'static str,
-    /// The elements it may stand in.
+    /// The elements it may stand in; `*` is all of them.
     pub parents: &'static str,
     pub status: Status,
     /// At most one within its parent.
@@ -204,7 +204,7 @@ impl Element {
     }
 
     pub fn stands_in(&self, parent: &str) -> bool {
-        self.parents.split_ascii_whitespace().any(|p| p == parent)
+        self.parents.split_ascii_whitespace().any(|p| p == parent || p == "*")
     }
 
     pub fn attribute(&self, name: &str) -> Option<&'static Attribute> {

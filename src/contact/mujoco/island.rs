@@ -151,7 +151,6 @@ impl Island {
     }
 
     /// Adds ± frame · J of one side's body to the rows of a part.
-    #[expect(clippy::too_many_arguments, reason = "one call site each way; a struct would only rename them")]
     fn add_tree_rows(
         &mut self,
         model: &Model,

@@ -42,9 +42,10 @@ struct Entry {
     /// a_ref and R of the normal.
     reference: f64,
     softness: f64,
-    /// Limits of the friction rows per normal force; of dry friction its own, N or N m.
-    limits: [f64; 5],
-    lambda: [f64; 3],
+    /// Normal force per limit of the friction rows; of dry friction the inverse of its own, 1/N or 1/(N m).
+    per_limit: [f64; 5],
+    /// 1/λ of the sliding, spinning and rolling rows; infinite for rows that nothing can move.
+    stiff: [f64; 3],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,12 +56,18 @@ enum Source {
     Dry,
 }
 
+/// Solves all blocks that are not lone, joint limits and dry friction.
+///
+/// Reads: state, movers, qacc_smooth, contacts (with the last step's forces). Writes: forces of the contacts,
+/// qacc and qfrc_constraint of the trees involved.
+pub fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
+    let mut scratch = std::mem::take(&mut data.penalty);
+    scratch.coupled.solve(model, method, state, &scratch.recipes, &scratch.blocks, data);
+    data.penalty = scratch;
+}
+
 impl Coupled {
-    /// Solves all blocks that are not lone.
-    ///
-    /// Reads: state, movers, qacc_smooth, contacts (with the last step's forces). Writes: forces of the contacts,
-    /// qacc and qfrc_constraint of the trees involved.
-    pub fn solve(
+    fn solve(
         &mut self,
         model: &Model,
         method: &Method,
@@ -75,9 +82,7 @@ impl Coupled {
         for block in blocks.all.iter().filter(|b| !b.lone) {
             self.add_contacts(model, state, recipes, blocks, block, data);
         }
-        if data.plan.joint_rows() {
-            self.add_joints(model, method, state, data);
-        }
+        self.add_joints(model, method, state, data);
         data.counts.rows += self.entries.iter().map(|e| e.dim).sum::<usize>();
 
         // All of the last step's forces act from the start.
@@ -129,8 +134,8 @@ impl Coupled {
                 force: contact.force,
                 reference,
                 softness,
-                limits: recipe.limits,
-                lambda: eigenvalues(recipe.dim, |k, l| rows.compliance(e, k, e, l)),
+                per_limit: recipe.per_limit,
+                stiff: eigenvalues(recipe.dim, |k, l| rows.compliance(e, k, e, l)).map(|x| 1.0 / x),
             });
         }
         self.blocks.push(start..self.entries.len());
@@ -149,8 +154,8 @@ impl Coupled {
                 force: [0.0; 6],
                 reference: -row.constraint.bias[0],
                 softness: 1.0 / row.constraint.cone.d[0],
-                limits: [row.constraint.cone.mu[0]; 5],
-                lambda: [inverse; 3],
+                per_limit: [1.0 / row.constraint.cone.mu[0]; 5],
+                stiff: [1.0 / inverse; 3],
             });
             if source == Source::Limit {
                 self.blocks.push(e..e + 1);
@@ -201,19 +206,19 @@ impl Coupled {
 
     /// Lets the friction of an entry oppose slip, the normal given. Rolling and spinning come before sliding.
     fn slip(&mut self, method: &Method, e: usize) {
-        let Entry { source, dim, force, limits, lambda, .. } = self.entries[e];
+        let Entry { source, dim, force, per_limit, stiff, .. } = self.entries[e];
         match source {
-            Source::Dry => self.slip_piece::<1>(method, e, 0, 1.0, [limits[0]], lambda[0]),
+            Source::Dry => self.slip_piece::<1>(method, e, 0, 1.0, [per_limit[0]], stiff[0]),
             Source::Limit => {}
             Source::Contact(_) => {
                 if dim >= 6 {
-                    self.slip_piece::<2>(method, e, 4, force[0], piece(&limits, 3), lambda[2]);
+                    self.slip_piece::<2>(method, e, 4, force[0], piece(&per_limit, 3), stiff[2]);
                 }
                 if dim >= 4 {
-                    self.slip_piece::<1>(method, e, 3, force[0], piece(&limits, 2), lambda[1]);
+                    self.slip_piece::<1>(method, e, 3, force[0], piece(&per_limit, 2), stiff[1]);
                 }
                 if dim >= 3 {
-                    self.slip_piece::<2>(method, e, 1, force[0], piece(&limits, 0), lambda[0]);
+                    self.slip_piece::<2>(method, e, 1, force[0], piece(&per_limit, 0), stiff[0]);
                 }
             }
         }
@@ -225,17 +230,16 @@ impl Coupled {
         e: usize,
         first: usize,
         normal: f64,
-        limits: [f64; N],
-        lambda: f64,
+        per_limit: [f64; N],
+        stiff: f64,
     ) {
-        // A row that no dof can move.
-        if lambda <= 0.0 {
+        if !stiff.is_finite() {
             return;
         }
         let force: [f64; N] = piece(&self.entries[e].force, first);
         let velocity = std::array::from_fn(|k| self.rows.velocity(e, first + k));
         let acceleration = std::array::from_fn(|k| self.rows.acceleration(e, first + k));
-        let next = friction::<N>(method, normal, limits, lambda, force, velocity, acceleration);
+        let next = friction::<N>(method, normal, per_limit, stiff, force, velocity, acceleration);
         for k in 0..N {
             self.rows.push_force(e, first + k, next[k] - force[k]);
             self.entries[e].force[first + k] = next[k];

@@ -12,9 +12,9 @@ const IMPLICIT_SLIP: f64 = 1e-3;
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe {
     pub dim: usize,
-    /// Largest force or torque along each friction row per normal force: two sliding (1), spinning (m), two
-    /// rolling (m).
-    pub limits: [f64; 5],
+    /// Normal force per largest force or torque along each friction row: two sliding (1), spinning (1/m), two
+    /// rolling (1/m).
+    pub per_limit: [f64; 5],
     solimp: [f64; 5],
     spring: Reference,
     margin: f64,
@@ -52,7 +52,7 @@ impl Recipe {
         let pyramid = model.opt.cone == Cone::Pyramidal && mix.condim > 1;
         Recipe {
             dim: mix.condim,
-            limits: mix.friction,
+            per_limit: mix.friction.map(|mu| 1.0 / mu),
             solimp,
             spring: Reference::new(&mix.solref, &solimp, timestep, model.opt.flags.refsafe),
             margin: mix.margin,
@@ -80,28 +80,26 @@ pub fn inverse_mass(model: &Model, contact: &Contact) -> f64 {
 
 /// The next force of one piece of friction; see the law's description.
 ///
-/// In: `normal` force; `limits` of the piece's rows per normal force; `lambda` the largest eigenvalue of their block
-///     of A; `force`, `velocity` and `acceleration` along them.
+/// In: `normal` force; `per_limit` of the piece's rows, normal force per largest force; `stiff` = 1/λ, the inverse of
+///     the largest eigenvalue of their block of A (kg or kg m²); `force`, `velocity` and `acceleration` along them.
 #[inline]
 pub fn friction<const N: usize>(
     method: &Method,
     normal: f64,
-    limits: [f64; N],
-    lambda: f64,
+    per_limit: [f64; N],
+    stiff: f64,
     force: [f64; N],
     velocity: [f64; N],
     acceleration: [f64; N],
 ) -> [f64; N] {
-    let h = method.timestep;
+    let gain = stiff / method.timestep;
     let mut next: [f64; N] = if method.integrator.implicit {
-        let gain = 1.0 / (IMPLICIT_SLIP * h * lambda);
-        velocity.map(|v| -v * gain)
+        velocity.map(|v| -v * gain / IMPLICIT_SLIP)
     } else {
-        let gain = 1.0 / (h * lambda);
-        std::array::from_fn(|k| force[k] - (velocity[k] + h * acceleration[k]) * gain)
+        std::array::from_fn(|k| force[k] - velocity[k] * gain - acceleration[k] * stiff)
     };
     // Inside the ellipse with half-axes limit · normal, or on it.
-    let share2: f64 = (0..N).map(|k| (next[k] / limits[k]).powi(2)).sum();
+    let share2: f64 = (0..N).map(|k| (next[k] * per_limit[k]) * (next[k] * per_limit[k])).sum();
     if share2 > normal * normal {
         let scale = normal / share2.sqrt();
         next = next.map(|f| f * scale);

@@ -1,15 +1,15 @@
 //! A free body that touches only what never moves: everything in its own six coordinates.
 //!
 //! In a free body's coordinates (linear part in world axes, angular part in principal axes, at the centre of
-//! mass) M is diagonal, so a row J is one six, and M⁻¹Jᵀ its product with the six inverse inertias.
+//! mass) M is diagonal, so a row J is one six, and M⁻¹Jᵀ its product with the six inverse inertias. This is the
+//! inner loop of most scenes: every row is formed once, together with its M⁻¹Jᵀ.
 
-use super::drive::{Recipes, eigenvalues, friction, inverse_mass, piece};
-use crate::contact::{complementarity, surface_points};
-use crate::data::{Contact, Data, Mover};
-use crate::dynamics::free;
+use super::drive::{Recipe, Recipes, eigenvalues, friction, inverse_mass, piece};
+use crate::contact::complementarity;
+use crate::data::{Contact, Counts, Mover};
 use crate::forward::Method;
-use crate::math::{Vec3, Vec6};
-use crate::model::Model;
+use crate::math::{Mat3, Vec3, vec3};
+use crate::model::{GeomKind, Model};
 
 type Six = [f64; 6];
 
@@ -17,6 +17,7 @@ type Six = [f64; 6];
 #[derive(Clone, Debug, Default)]
 pub struct Lone {
     points: Vec<Point>,
+    /// A + R of the normals, their right-hand side, forces, and what [`complementarity`] needs.
     a: Vec<f64>,
     b: Vec<f64>,
     f: Vec<f64>,
@@ -27,25 +28,50 @@ pub struct Lone {
 /// One contact of the body.
 #[derive(Clone, Copy, Debug, Default)]
 struct Point {
-    /// J of the rows in use.
-    rows: [Six; 6],
-    velocity: Six,
+    rows: [Row; 6],
     force: Six,
-    /// a_ref of the normal, m/s².
+    /// a_ref of the normal (m/s²) and R (1/kg).
     reference: f64,
-    /// R of the normal, 1/kg.
     softness: f64,
-    /// Largest eigenvalue of A of the sliding, spinning and rolling rows.
-    lambda: [f64; 3],
+    /// 1/λ of the sliding, spinning and rolling rows.
+    stiff: [f64; 3],
+}
+
+/// One direction of a contact.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    jac: Six,
+    /// M⁻¹ Jᵀ
+    heavy: Six,
+    velocity: f64,
+}
+
+/// A body as its contacts see it.
+struct Body<'a> {
+    mover: &'a Mover,
+    minv: Six,
+    vel: Six,
+    /// Index of the body's geom in the contacts.
+    side: usize,
 }
 
 impl Lone {
     /// Solves for the forces of the contacts `order`, all on one free body.
     ///
-    /// Reads: movers, contacts (with the last step's forces). Writes: forces of the contacts, qacc of the body.
-    pub fn solve(&mut self, model: &Model, method: &Method, recipes: &Recipes, order: &[u32], data: &mut Data) {
+    /// In:  `mover` of the body; contacts with the last step's forces.
+    /// Out: the body's acceleration, as in `mover.acc`. Writes the contacts' forces.
+    pub fn solve(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        recipes: &Recipes,
+        order: &[u32],
+        mover: &Mover,
+        contacts: &mut [Contact],
+        counts: &mut Counts,
+    ) -> Six {
         let n = order.len();
-        if self.b.len() < n {
+        if self.points.len() < n {
             self.points.resize(n, Point::default());
             self.a.resize(n * n, 0.0);
             self.factor.resize(n * n, 0.0);
@@ -53,109 +79,127 @@ impl Lone {
             self.f.resize(n, 0.0);
             self.pushes.resize(n, true);
         }
-        let first = &data.contacts[order[0] as usize];
-        let side = usize::from(model.bodies[first.body[1] as usize].tree.is_some());
-        let root = first.body[side] as usize;
-        let mover = data.movers[root];
-        let minv: Six = mover.minv.into();
-        let vel: Six = mover.vel.into();
+        let side = usize::from(contacts[order[0] as usize].body[0] == 0 || !moves(model, contacts, order[0], 0));
+        let body = Body { mover, minv: mover.minv.into(), vel: mover.vel.into(), side };
         let mut acc: Six = mover.acc.into();
 
         // Rows and references; the last step's friction acts from the start.
-        for (i, &c) in order.iter().enumerate() {
-            let contact = &data.contacts[c as usize];
+        let mut last = u32::MAX;
+        let mut frame = Mat3::zeros();
+        for (point, &c) in self.points.iter_mut().zip(order) {
+            let contact = &contacts[c as usize];
             let recipe = recipes.of(contact);
-            let point = &mut self.points[i];
-            point.fill(model, contact, recipe.dim, &mover, &minv, &vel);
-            let inverse = if model.opt.flags.diagexact {
-                weighted(&minv, &point.rows[0], &point.rows[0])
-            } else {
-                inverse_mass(model, contact)
-            };
-            (point.reference, point.softness) = recipe.normal(contact.dist, point.velocity[0], inverse);
+            // The points of a plane share its frame.
+            if contact.geom[0] != last || model.geoms[last as usize].kind != GeomKind::Plane {
+                last = contact.geom[0];
+                frame = local_frame(contact, &body);
+            }
+            point.fill(model, contact, recipe, &frame, &body);
             for k in 1..recipe.dim {
-                add(&mut acc, &minv, &point.rows[k], point.force[k]);
+                add(&mut acc, &point.rows[k].heavy, point.force[k]);
             }
-            data.counts.rows += recipe.dim;
+            counts.rows += recipe.dim;
         }
-
         for _ in 0..method.rounds {
-            self.normals(n, &minv, &mut acc, &mut data.counts.solves);
-            for (i, &c) in order.iter().enumerate() {
-                let recipe = recipes.of(&data.contacts[c as usize]);
-                self.points[i].slip(method, recipe.dim, &recipe.limits, &minv, &mut acc);
+            counts.solves += self.normals(n, &mut acc);
+            for (point, &c) in self.points.iter_mut().zip(order) {
+                point.slip(method, recipes.of(&contacts[c as usize]), &mut acc);
             }
         }
-
         for (point, &c) in self.points.iter().zip(order) {
-            data.contacts[c as usize].force = point.force;
+            contacts[c as usize].force = point.force;
         }
-        let dofs = model.bodies[root].dofs.start;
-        if let Some(free) = model.bodies[root].tree.and_then(|t| model.trees[t].free.as_ref()) {
-            let change = Vec6::from(acc) - mover.acc;
-            let change = free::generalized(free, &data.xmat[root], &change);
-            for i in 0..6 {
-                data.qacc[dofs + i] += change[i];
-            }
-        }
+        acc
     }
 
-    /// Normal forces of all points, friction given; `acc` follows them.
-    fn normals(&mut self, n: usize, minv: &Six, acc: &mut Six, solves: &mut usize) {
+    /// Normal forces of all points, friction given; `acc` follows them. Returns the number of solves.
+    fn normals(&mut self, n: usize, acc: &mut Six) -> usize {
         let points = &mut self.points[..n];
+        if let [p] = points {
+            let inverse = dot(&p.rows[0].jac, &p.rows[0].heavy);
+            let wanted = p.reference - dot(&p.rows[0].jac, acc) + inverse * p.force[0];
+            let force = (wanted / (inverse + p.softness)).max(0.0);
+            add(acc, &p.rows[0].heavy, force - p.force[0]);
+            p.force[0] = force;
+            return 1;
+        }
+        let a = &mut self.a[..n * n];
         for (i, p) in points.iter().enumerate() {
-            add(acc, minv, &p.rows[0], -p.force[0]);
-            let heavy: Six = std::array::from_fn(|k| p.rows[0][k] * minv[k]);
+            add(acc, &p.rows[0].heavy, -p.force[0]);
             for (j, q) in points[..i].iter().enumerate() {
-                let a = dot(&heavy, &q.rows[0]);
-                self.a[i * n + j] = a;
-                self.a[j * n + i] = a;
+                let x = dot(&p.rows[0].heavy, &q.rows[0].jac);
+                a[i * n + j] = x;
+                a[j * n + i] = x;
             }
-            self.a[i * n + i] = dot(&heavy, &p.rows[0]) + p.softness;
-            self.pushes[i] = true;
+            a[i * n + i] = dot(&p.rows[0].heavy, &p.rows[0].jac) + p.softness;
         }
         for (b, p) in self.b.iter_mut().zip(points.iter()) {
-            *b = p.reference - dot(&p.rows[0], acc);
+            *b = p.reference - dot(&p.rows[0].jac, acc);
         }
-        let (a, f) = (&self.a[..n * n], &mut self.f[..n]);
-        *solves += complementarity::solve(a, &self.b[..n], f, &mut self.pushes[..n], &mut self.factor[..n * n]);
-        for (p, f) in points.iter_mut().zip(&self.f) {
-            add(acc, minv, &p.rows[0], *f);
+        let f = &mut self.f[..n];
+        let solves = complementarity::solve(a, &self.b[..n], f, &mut self.pushes[..n], &mut self.factor[..n * n]);
+        for (p, f) in points.iter_mut().zip(f) {
+            add(acc, &p.rows[0].heavy, *f);
             p.force[0] = *f;
         }
+        solves
     }
 }
 
+fn moves(model: &Model, contacts: &[Contact], c: u32, side: usize) -> bool {
+    model.bodies[contacts[c as usize].body[side] as usize].tree.is_some()
+}
+
+/// The contact's directions in the body's axes, as columns; they point from the other geom to the body's.
+#[inline]
+fn local_frame(contact: &Contact, body: &Body) -> Mat3 {
+    let frame = body.mover.axes.tr_mul(&contact.frame.transpose());
+    if body.side == 1 { frame } else { -frame }
+}
+
 impl Point {
-    /// Rows, velocities and compliances of a contact; the normal force starts from nothing.
+    /// Everything about a contact that the rounds need; the normal force starts from nothing.
     #[inline]
-    fn fill(&mut self, model: &Model, contact: &Contact, dim: usize, mover: &Mover, minv: &Six, vel: &Six) {
-        let side = usize::from(model.bodies[contact.body[1] as usize].tree.is_some());
-        let sign = if side == 1 { 1.0 } else { -1.0 };
-        let arm = surface_points(contact, model)[side] - mover.com;
+    fn fill(&mut self, model: &Model, contact: &Contact, recipe: &Recipe, frame: &Mat3, body: &Body) {
+        let sign = if body.side == 1 { 1.0 } else { -1.0 };
+        // The body's own surface lies half the penetration beyond the contact point.
+        let normal = vec3(&[contact.frame[(0, 0)], contact.frame[(0, 1)], contact.frame[(0, 2)]]);
+        let arm = contact.pos + normal * (0.5 * sign * contact.dist) - body.mover.com;
+        let arm = body.mover.axes.tr_mul(&arm);
+        let dim = recipe.dim;
         for k in 0..dim {
-            let d = contact.frame.row(k % 3).transpose() * sign;
-            let (lin, ang) = if k < 3 { (d, arm.cross(&d)) } else { (Vec3::zeros(), d) };
-            let ang = mover.axes.tr_mul(&ang);
-            self.rows[k] = [lin.x, lin.y, lin.z, ang.x, ang.y, ang.z];
-            self.velocity[k] = dot(&self.rows[k], vel);
+            let local = vec3(frame.column(k % 3).as_slice());
+            let (lin, ang) = if k < 3 {
+                let row = contact.frame.row(k);
+                (Vec3::new(row[0], row[1], row[2]) * sign, arm.cross(&local))
+            } else {
+                (Vec3::zeros(), local)
+            };
+            let jac = [lin.x, lin.y, lin.z, ang.x, ang.y, ang.z];
+            let heavy = std::array::from_fn(|i| jac[i] * body.minv[i]);
+            self.rows[k] = Row { jac, heavy, velocity: dot(&jac, &body.vel) };
         }
-        self.lambda = eigenvalues(dim, |k, l| weighted(minv, &self.rows[k], &self.rows[l]));
+        let rows = &self.rows;
+        let lambda = eigenvalues(dim, |k, l| dot(&rows[k].jac, &rows[l].heavy));
+        self.stiff = lambda.map(|x| 1.0 / x);
+        let inverse =
+            if model.opt.flags.diagexact { dot(&rows[0].jac, &rows[0].heavy) } else { inverse_mass(model, contact) };
+        (self.reference, self.softness) = recipe.normal(contact.dist, rows[0].velocity, inverse);
         self.force = contact.force;
         self.force[0] = 0.0;
     }
 
     /// Lets friction oppose the slip, the normal given. Rolling and spinning first: sliding has the last word.
     #[inline]
-    fn slip(&mut self, method: &Method, dim: usize, limits: &[f64; 5], minv: &Six, acc: &mut Six) {
-        if dim >= 6 {
-            self.slip_piece::<2>(4, method, limits, self.lambda[2], minv, acc);
+    fn slip(&mut self, method: &Method, recipe: &Recipe, acc: &mut Six) {
+        if recipe.dim >= 6 {
+            self.slip_piece::<2>(4, method, recipe, self.stiff[2], acc);
         }
-        if dim >= 4 {
-            self.slip_piece::<1>(3, method, limits, self.lambda[1], minv, acc);
+        if recipe.dim >= 4 {
+            self.slip_piece::<1>(3, method, recipe, self.stiff[1], acc);
         }
-        if dim >= 3 {
-            self.slip_piece::<2>(1, method, limits, self.lambda[0], minv, acc);
+        if recipe.dim >= 3 {
+            self.slip_piece::<2>(1, method, recipe, self.stiff[0], acc);
         }
     }
 
@@ -164,17 +208,17 @@ impl Point {
         &mut self,
         first: usize,
         method: &Method,
-        limits: &[f64; 5],
-        lambda: f64,
-        minv: &Six,
+        recipe: &Recipe,
+        stiff: f64,
         acc: &mut Six,
     ) {
         let force: [f64; N] = piece(&self.force, first);
-        let along = std::array::from_fn(|k| dot(&self.rows[first + k], acc));
-        let velocity = piece(&self.velocity, first);
-        let next = friction::<N>(method, self.force[0], piece(limits, first - 1), lambda, force, velocity, along);
+        let velocity = std::array::from_fn(|k| self.rows[first + k].velocity);
+        let along = std::array::from_fn(|k| dot(&self.rows[first + k].jac, acc));
+        let limits = piece(&recipe.per_limit, first - 1);
+        let next = friction::<N>(method, self.force[0], limits, stiff, force, velocity, along);
         for k in 0..N {
-            add(acc, minv, &self.rows[first + k], next[k] - force[k]);
+            add(acc, &self.rows[first + k].heavy, next[k] - force[k]);
             self.force[first + k] = next[k];
         }
     }
@@ -182,19 +226,14 @@ impl Point {
 
 #[inline(always)]
 fn dot(a: &Six, b: &Six) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+    // Two lanes of three.
+    (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
 }
 
-/// a M⁻¹ bᵀ
+/// acc += M⁻¹ Jᵀ f
 #[inline(always)]
-fn weighted(minv: &Six, a: &Six, b: &Six) -> f64 {
-    dot(&std::array::from_fn(|k| a[k] * minv[k]), b)
-}
-
-/// acc += M⁻¹ rowᵀ f
-#[inline(always)]
-fn add(acc: &mut Six, minv: &Six, row: &Six, f: f64) {
+fn add(acc: &mut Six, heavy: &Six, f: f64) {
     for k in 0..6 {
-        acc[k] += minv[k] * row[k] * f;
+        acc[k] += heavy[k] * f;
     }
 }

@@ -36,7 +36,9 @@ mod lone;
 
 use super::Law;
 use crate::data::{Contact, Data};
+use crate::dynamics::free;
 use crate::forward::Method;
+use crate::math::Vec6;
 use crate::model::Model;
 use crate::state::{State, Warm};
 
@@ -56,21 +58,31 @@ pub struct Scratch {
 }
 
 fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
-    let mut scratch = std::mem::take(&mut data.penalty);
-    scratch.recipes.refresh(model, method.timestep);
-    recall(&state.warm, &mut data.contacts);
-    data.qacc.copy_from_slice(&data.qacc_smooth);
+    let Data { penalty, contacts, movers, xmat, qacc, counts, .. } = data;
+    let Scratch { recipes, blocks, lone, .. } = penalty;
+    recipes.refresh(model, method.timestep);
+    recall(&state.warm, contacts);
+    blocks.sort(model, contacts);
+    qacc.copy_from_slice(&data.qacc_smooth);
     data.qfrc_constraint.fill(0.0);
 
-    let Scratch { recipes, blocks, lone, coupled } = &mut scratch;
-    blocks.sort(model, &data.contacts);
-    for block in blocks.all.iter().filter(|b| b.lone) {
-        lone.solve(model, method, recipes, &blocks.order[block.range()], data);
+    let mut coupled = data.plan.joint_rows();
+    for block in &blocks.all {
+        let tree = &model.trees[block.trees[0] as usize];
+        let (true, Some(free)) = (block.lone, &tree.free) else {
+            coupled = true;
+            continue;
+        };
+        let root = tree.bodies.start;
+        let acc = lone.solve(model, method, recipes, &blocks.order[block.range()], &movers[root], contacts, counts);
+        let change = free::generalized(free, &xmat[root], &(Vec6::from(acc) - movers[root].acc));
+        for (qacc, change) in qacc[tree.dofs.clone()].iter_mut().zip(change.iter()) {
+            *qacc += change;
+        }
     }
-    if data.plan.joint_rows() || blocks.all.iter().any(|b| !b.lone) {
-        coupled.solve(model, method, state, recipes, blocks, data);
+    if coupled {
+        coupled::solve(model, method, state, data);
     }
-    data.penalty = scratch;
 }
 
 /// Gives every contact the force that the last step remembered for it; new ones start from nothing.
