@@ -59,6 +59,8 @@ struct Two<'a> {
     a: Core<'a>,
     b: Core<'a>,
     between: Vec3,
+    /// What lengths are compared with, m.
+    scale: f64,
 }
 
 /// A point of the difference of the two cores, and the points it is the difference of (from each centre).
@@ -90,9 +92,9 @@ struct Closest {
 
 /// The collider of any two convex shapes.
 pub(super) fn convex(kinds: [GeomKind; 2], a: &Placed, b: &Placed, margin: f64, out: &mut Hits) {
-    let two = Two { a: Core::new(kinds[0], a), b: Core::new(kinds[1], b), between: b.pos - a.pos };
-    let round = two.a.radius + two.b.radius;
     let scale = a.size.sum() + b.size.sum();
+    let two = Two { a: Core::new(kinds[0], a), b: Core::new(kinds[1], b), between: b.pos - a.pos, scale };
+    let round = two.a.radius + two.b.radius;
     let mut start = [two.between.try_normalize(MIN_VAL).unwrap_or(Vec3::x()); 7];
     for k in 0..3 {
         start[1 + k] = towards(a.axis(k), &two.between);
@@ -109,7 +111,7 @@ pub(super) fn convex(kinds: [GeomKind; 2], a: &Placed, b: &Placed, margin: f64, 
         }
     }
     let mut simplex = Simplex::new(two.support(&guess.1, &Vec3::zeros()));
-    let found = apart(&two, &mut simplex, &Vec3::zeros()).or_else(|| pushed_apart(&two, guess, scale));
+    let found = apart(&two, &mut simplex, &Vec3::zeros()).or_else(|| pushed_apart(&two, guess));
     let Some(closest) = found else { return };
     let n = closest.normal;
     let dist = two.separation(&n) - round;
@@ -139,15 +141,15 @@ const GAP: f64 = 1e-4;
 const MOST_ROUNDS: usize = 30;
 
 /// The normal of least depth near the guess (its separation and direction).
-fn pushed_apart(two: &Two, (mut best, mut normal): (f64, Vec3), scale: f64) -> Option<Closest> {
+fn pushed_apart(two: &Two, (mut best, mut normal): (f64, Vec3)) -> Option<Closest> {
     let mut found = None;
     let mut simplex = Simplex::new(two.support(&normal, &Vec3::zeros()));
     for _ in 0..MOST_ROUNDS {
         // A gap far above rounding, so that the normal between the closest points is exact, and far below any radius.
-        let push = normal * (GAP * scale - best);
+        let push = normal * (GAP * two.scale - best);
         let closest = apart(two, &mut simplex, &push)?;
         let s = two.separation(&closest.normal);
-        let better = s > best + 1e-12 * scale;
+        let better = s > best + 1e-13 * two.scale;
         if better || found.is_none() {
             (best, normal) = (s, closest.normal);
             found = Some(closest);
@@ -181,10 +183,10 @@ fn apart(two: &Two, simplex: &mut Simplex, push: &Vec3) -> Option<Closest> {
             return None;
         }
         let next = two.support(&(v / len2.sqrt()), push);
-        // No point of the difference is nearer along v than v itself: done.
+        // No point of the difference is nearer along v than v itself, to rounding: done.
         let along = v.dot(&next.w);
         separated |= along > 0.0;
-        if len2 - along <= 1e-12 * len2 {
+        if len2 - along <= 1e-14 * two.scale * len2.sqrt() {
             break;
         }
         let before = simplex.clone();

@@ -1,7 +1,8 @@
 //! Where shapes touch: one file a shape, one table [`collider`].
 //!
 //! Contact points, their order, frames and signs are MuJoCo's: the normal points from the first geom to the
-//! second, `dist` is negative in penetration, and the point lies midway between the two surfaces.
+//! second, `dist` is negative in penetration, and the point lies midway between the two surfaces. Pairs for which
+//! MuJoCo has no closed form either are right as geometry, but their points may be others ([`exact`]).
 
 mod boxes;
 mod capsule;

@@ -452,3 +452,23 @@ fn the_sweep_finds_what_testing_every_pair_finds() {
         }
     }
 }
+
+/// Whatever a diverging run hands to the colliders, they return.
+#[test]
+fn no_collider_panics_on_wild_numbers() {
+    let wild = [0.0, -0.0, 1e-300, 1e300, f64::INFINITY, f64::NAN];
+    let mut seed = 3;
+    let mut number = || {
+        let k = (scatter(&mut seed) * 12.0) as i32;
+        if (0..6).contains(&k) { wild[k as usize] } else { scatter(&mut seed) }
+    };
+    let pairs = KINDS.into_iter().flat_map(|a| KINDS.map(|b| [a, b])).filter(|k| collider(k[0], k[1]).is_some());
+    for (kinds, _) in pairs.flat_map(|kinds| (0..500).map(move |i| (kinds, i))) {
+        let mut shape = || Shape {
+            size: Vec3::new(0.1, 0.2, 0.3),
+            pos: Vec3::from_fn(|_, _| number()),
+            mat: Mat3::from_fn(|_, _| number()),
+        };
+        collide(kinds, &shape(), &shape(), 0.01);
+    }
+}
