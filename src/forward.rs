@@ -49,7 +49,7 @@ pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
     dynamics::kinematics(model, &state.qpos, data);
     collision::detect(model, data);
     dynamics::smooth(model, method, state, data);
-    if data.contacts.is_empty() && !data.plan.joint_rows {
+    if data.contacts.is_empty() && !data.plan.joint_rows() {
         data.qfrc_constraint.fill(0.0);
     } else {
         (method.contact.solve)(model, method, state, data);

@@ -35,9 +35,7 @@ pub fn prepare(model: &Model, data: &mut Data) {
             data.movers[tree.bodies.start].minv = free::prepare(free);
         } else if !tree.rotates {
             kinematics::sliding_axes(model, tree, data);
-            inertia::bodies(model, tree, data);
-            inertia::matrix(model, t, data);
-            factor_m(model, t, data);
+            inertia_matrix(model, t, data);
             bias::bias(model, tree, &gravity, &vec![0.0; model.nv], data);
         }
     }
@@ -85,9 +83,7 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
     let tree = &model.trees[t];
     bias::velocities(model, tree, &state.qvel, data);
     if tree.rotates {
-        inertia::bodies(model, tree, data);
-        inertia::matrix(model, t, data);
-        factor_m(model, t, data);
+        inertia_matrix(model, t, data);
         bias::bias(model, tree, gravity, &state.qvel, data);
     }
     for d in tree.dofs.clone() {
@@ -129,6 +125,15 @@ pub fn jacobian(model: &Model, data: &Data, body: usize, point: &Vec3, out: &mut
         out[d - tree.dofs.start] = spatial::at(&data.cdof[d], &arm);
         d = data.plan.dof_parent[d];
     }
+}
+
+/// M of a tree that is not a free body, and its factor.
+///
+/// Reads: kinematics. Writes: qm, qld.
+pub fn inertia_matrix(model: &Model, t: usize, data: &mut Data) {
+    inertia::bodies(model, &model.trees[t], data);
+    inertia::matrix(model, t, data);
+    factor_m(model, t, data);
 }
 
 /// x ← M⁻¹ x for a tree that is not a free body; `x` holds the tree's dofs.

@@ -19,8 +19,9 @@ pub struct Plan {
     pub implicit: Vec<bool>,
     /// Whether semi-implicit Euler has dampers to treat implicitly.
     pub eulerdamp: bool,
-    /// Whether any joint has a limit or dry friction, so that there is work for a contact law without contacts.
-    pub joint_rows: bool,
+    /// Joints with limits, and dofs with dry friction: they need a contact law even without contacts.
+    pub limited: Vec<usize>,
+    pub dry: Vec<usize>,
     /// Free bodies whose frame is at the centre of mass and along the principal axes (by tree).
     pub aligned: Vec<bool>,
     /// The next dof towards the root of the tree, or [`NONE`].
@@ -47,8 +48,8 @@ impl Plan {
                 implicit[tree] = true;
             }
         }
-        let limited = flags.limit && model.joints.iter().any(|j| j.range.is_some());
-        let dry = flags.frictionloss && model.dofs.iter().any(|d| d.frictionloss > 0.0);
+        let limits = flags.constraint && flags.limit;
+        let dry = flags.constraint && flags.frictionloss;
         Plan {
             posed: touching(model, true),
             springs: (0..model.joints.len()).filter(|&j| flags.spring && model.joints[j].stiffness != 0.0).collect(),
@@ -56,10 +57,18 @@ impl Plan {
             eulerdamp: flags.eulerdamp && damped.contains(&true),
             damped,
             implicit,
-            joint_rows: flags.constraint && (limited || dry),
+            limited: (0..model.joints.len()).filter(|&j| limits && model.joints[j].range.is_some()).collect(),
+            dry: (0..model.nv).filter(|&d| dry && model.dofs[d].frictionloss > 0.0).collect(),
             aligned: model.trees.iter().map(aligned).collect(),
             dof_parent: dof_parents(model),
         }
+    }
+}
+
+impl Plan {
+    /// Whether there are limits or dry friction.
+    pub fn joint_rows(&self) -> bool {
+        !self.limited.is_empty() || !self.dry.is_empty()
     }
 }
 
