@@ -50,7 +50,6 @@ pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
     collision::detect(model, data);
     dynamics::smooth(model, method, state, data);
     if data.contacts.is_empty() && !data.plan.joint_rows() {
-        data.qacc.copy_from_slice(&data.qacc_smooth);
         data.qfrc_constraint.fill(0.0);
     } else {
         (method.contact.solve)(model, method, state, data);

@@ -30,6 +30,7 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     }
     let (pairs, mixes) = pairs::find(&world, spec, &mut log);
     let actuators = controls::actuators(&world, spec, &mut log);
+    controls::closed_forms(&mut world, &actuators);
     let keyframes = controls::keyframes(&world, spec, &mut log);
     let tutorial = tutorial_params(spec, &mut log);
     check_settings(spec, &mut log);
@@ -64,7 +65,8 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         log.error(joint.node, ProblemKind::JointsDependent, help);
         return Err(log.errors);
     }
-    Ok((model, log.warnings))
+    check_integrator(&model, spec, &mut log);
+    if log.errors.is_empty() { Ok((model, log.warnings)) } else { Err(log.errors) }
 }
 
 /// Collects problems; nothing stops at the first.
@@ -158,6 +160,16 @@ fn options(spec: &Spec) -> Options {
             eulerdamp: flag("eulerdamp"),
             diagexact: spec.flags.get("diagexact").copied().unwrap_or(false),
         },
+    }
+}
+
+/// `implicit` is the same as `implicitfast` for free bodies and single joints only.
+fn check_integrator(model: &Model, spec: &Spec, log: &mut Log) {
+    let name = &spec.option.integrator;
+    if let (false, Some(node)) = (integrate::implicitfast::supports(model, name), spec.option.node) {
+        let lost = "Coriolis forces between joints would not be implicit".into();
+        let kind = ProblemKind::Unsupported { name: name.clone(), lost };
+        log.value_error(node, "integrator", kind, "write `implicitfast`, or `RK4` for fast motion");
     }
 }
 

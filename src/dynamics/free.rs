@@ -55,7 +55,7 @@ pub fn velocity(free: &FreeBody, qvel: &[f64], xmat: &Mat3) -> Vec6 {
 ///     Mover.acc = [a_c − R (ω × (ω × c)), α_p]          (J(com)·qacc: without the J̇·qvel term)
 ///
 /// In:     `wrench`: force (N, world axes) and torque about the centre of mass (N m, principal axes).
-/// Reads:  qvel. Writes: vel and acc of the mover, qacc_smooth.
+/// Reads:  qvel. Writes: vel and acc of the mover, qacc_smooth, qacc.
 pub fn accelerate(
     model: &Model,
     t: usize,
@@ -68,7 +68,6 @@ pub fn accelerate(
     let tree = &model.trees[t];
     let aligned = data.plan.aligned[t];
     let qvel = &qvel[tree.dofs.start..tree.dofs.start + 6];
-    let qacc = &mut data.qacc_smooth[tree.dofs.start..tree.dofs.start + 6];
     let xmat = &data.xmat[tree.bodies.start];
     let mover = &mut data.movers[tree.bodies.start];
     mover.vel = if aligned { Vec6::from_column_slice(qvel) } else { velocity(free, qvel, xmat) };
@@ -80,13 +79,17 @@ pub fn accelerate(
         torque += ang(&wrench);
     }
     let alpha = ang(&mover.minv).component_mul(&torque);
-    if aligned {
+    let qacc = if aligned {
         mover.acc = join(&acc, &alpha);
-        qacc.copy_from_slice(mover.acc.as_slice());
+        mover.acc
     } else {
         let w = vec3(&qvel[3..]);
         mover.acc = join(&(acc - xmat * w.cross(&w.cross(&free.com))), &alpha);
-        qacc.copy_from_slice(generalized(free, xmat, &mover.acc).as_slice());
+        generalized(free, xmat, &mover.acc)
+    };
+    for i in 0..6 {
+        data.qacc_smooth[tree.dofs.start + i] = qacc[i];
+        data.qacc[tree.dofs.start + i] = qacc[i];
     }
 }
 

@@ -59,8 +59,8 @@ pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
 ///
 ///     M qacc_smooth = qfrc_smooth = qfrc_passive + qfrc_actuator + Jᵀ xfrc_applied − qfrc_bias
 ///
-/// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth, vel, acc and minv of the movers;
-///         for trees that are not free bodies also qm, qld, qfrc_bias, qfrc_smooth.
+/// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth and, as if nothing else pushed,
+///         qacc; vel and acc of the movers; for trees that are not free bodies also qm, qld, qfrc_bias, qfrc_smooth.
 pub fn smooth(model: &Model, _method: &Method, state: &State, data: &mut Data) {
     passive::passive(model, &state.qpos, &state.qvel, data);
     actuation::actuate(model, state, data);
@@ -92,10 +92,11 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
     for b in tree.bodies.clone().take(state.xfrc_applied.len().saturating_sub(tree.bodies.start)) {
         actuation::apply(model, b, &state.xfrc_applied[b], data);
     }
-    let Data { qacc_smooth, qfrc_smooth, qld, plan, m_adr, .. } = data;
-    let qacc = &mut qacc_smooth[tree.dofs.clone()];
-    qacc.copy_from_slice(&qfrc_smooth[tree.dofs.clone()]);
-    inertia::solve(&qld[m_adr[t]..], qacc.len(), tree.dofs.start, &plan.dof_parent, qacc);
+    let Data { qacc, qacc_smooth, qfrc_smooth, qld, plan, m_adr, .. } = data;
+    let acc = &mut qacc_smooth[tree.dofs.clone()];
+    acc.copy_from_slice(&qfrc_smooth[tree.dofs.clone()]);
+    inertia::solve(&qld[m_adr[t]..], acc.len(), tree.dofs.start, &plan.dof_parent, acc);
+    qacc[tree.dofs.clone()].copy_from_slice(acc);
     bias::accelerations(model, tree, data);
 }
 

@@ -363,9 +363,9 @@ fn divergence_names_the_culprit() {
 /// `implicit` is `implicitfast` for free bodies; MuJoCo's derivative for coupled joints is not in Penny.
 #[test]
 fn implicit_is_refused_where_it_would_differ() {
-    let free = r#"<mujoco><worldbody><body><freejoint/><geom size="1"/></body></worldbody></mujoco>"#;
-    let unsupported = integrate::implicitfast::unsupported;
-    assert_eq!(unsupported(&model(free), "implicit"), None);
-    assert!(unsupported(&model(FLYING), "implicit").is_some());
-    assert_eq!(unsupported(&model(FLYING), "implicitfast"), None);
+    let scene =
+        |xml: &str| penny::parse("test.xml", &xml.replace("<mujoco>", "<mujoco><option integrator='implicit'/>"));
+    assert!(scene("<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>").is_ok());
+    let failure = scene(FLYING).unwrap_err();
+    assert_eq!(failure.problems.iter().map(|p| p.kind.code()).collect::<Vec<_>>(), ["unsupported"]);
 }
