@@ -116,8 +116,8 @@ pub fn distance(model: &Model, a: &[Vec<Pose>], b: &[Vec<Pose>]) -> Option<f64> 
     }
     let radii: Vec<f64> = moving(model).map(|b| reach(model, b)).collect();
     let pairs = a.iter().flatten().zip(b.iter().flatten()).zip(radii.iter().cycle());
-    let errors = pairs.map(|((a, b), r)| (a.com - b.com).norm().hypot(r * a.quat.angle_to(&b.quat)));
-    errors.fold(Some(0.0), |largest, e| if e.is_finite() { largest.map(|l: f64| l.max(e)) } else { None })
+    let mut errors = pairs.map(|((a, b), r)| (a.com - b.com).norm().hypot(r * a.quat.angle_to(&b.quat)));
+    errors.try_fold(0.0, |largest: f64, e| e.is_finite().then(|| largest.max(e)))
 }
 
 /// Distance from a body's frame to its farthest geom, m; its gyration radius where it has no geoms.
