@@ -45,7 +45,7 @@ pub struct Panel {
 /// An axis with its quantity and unit.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// "timestep h [s]"
+    /// Quantity and unit: `timestep h [s]`.
     pub label: String,
     pub log: bool,
     /// Ends exactly at the data.

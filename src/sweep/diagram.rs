@@ -14,7 +14,7 @@ pub struct Words {
     pub title: String,
     /// Scene, reference, how it was measured.
     pub subtitle: String,
-    /// "position [m]"
+    /// What the error is of: `position [m]`.
     pub error: String,
 }
 
