@@ -5,6 +5,7 @@ mod cli;
 mod collision;
 mod compile;
 mod explain;
+mod extremes;
 mod models;
 mod mujoco_law;
 mod penalty;
