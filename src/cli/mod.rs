@@ -6,9 +6,11 @@ mod check;
 mod compare;
 mod explain;
 mod format;
+mod map;
 mod mujoco;
 mod run;
 mod scene;
+mod sweep;
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -38,6 +40,8 @@ enum Command {
     Compare(compare::Args),
     /// Measure nanoseconds per step of every law and integrator
     Bench(bench::Args),
+    /// Weigh accuracy against cost of every method, or draw where the scene stays stable
+    Sweep(sweep::Args),
 }
 
 /// Why a command ended early. Each holds all that there is to say.
@@ -68,6 +72,7 @@ pub fn main(allocations: fn() -> usize) -> ExitCode {
         Command::Explain(args) => explain::explain(args),
         Command::Compare(args) => compare::compare(args),
         Command::Bench(args) => bench::bench(args, allocations),
+        Command::Sweep(args) => sweep::sweep(args),
     };
     let (text, code) = match outcome {
         Ok(()) | Err(Failure::Closed) => return ExitCode::SUCCESS,

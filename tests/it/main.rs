@@ -11,4 +11,6 @@ mod penalty;
 mod reader;
 mod sim;
 mod smooth;
+mod sweep;
 mod tutorial;
+mod validation;
