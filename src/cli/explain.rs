@@ -11,6 +11,7 @@ use crate::explain::probe::{LARGEST, largest_timestep as probe};
 use crate::explain::{Touch, touches, weight};
 use crate::forward::Method;
 use crate::model::{Cone, GeomKind, JointKind, Mix, Model};
+use crate::sweep::theory;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -154,10 +155,13 @@ pub fn springs(model: &Model, method: &Method, touches: &[Touch]) -> Vec<String>
     group(touches).iter().map(line).collect()
 }
 
-/// The smallest of the pairs' largest stable timesteps, s, and whose it is.
+/// The smallest of the largest stable timesteps of pairs and of joints' springs, s, and whose it is.
 pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch]) -> Option<(f64, String)> {
-    let limit = |g: &Vec<Touch>| Some((probe(model, method, &g[0])?, names(model, g)));
-    group(touches).iter().take(20).filter_map(limit).min_by(|a, b| a.0.total_cmp(&b.0))
+    let of_pair = |g: &Vec<Touch>| Some((probe(model, method, &g[0])?, names(model, g)));
+    let of_joint = |spring: theory::Spring| Some((theory::limit(method.integrator, &spring)?, spring.name));
+    let pairs = group(touches).into_iter().take(20).filter_map(|g| of_pair(&g)).collect::<Vec<_>>();
+    let joints = theory::joint_springs(model).into_iter().filter_map(of_joint);
+    joints.chain(pairs).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// One column a law: what it makes of the pair's numbers.

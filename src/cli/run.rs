@@ -131,10 +131,13 @@ fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String 
         rows.push(["spring".into(), line]);
     }
     let mut step = format!("{}, {}", si(method.timestep, "s"), count(steps, "step", "steps"));
-    if let Some((limit, names)) = largest_timestep(model, method, &touches) {
+    let limit = largest_timestep(model, method, &touches);
+    if let Some((limit, names)) = &limit {
         step += &match limit {
-            _ if limit >= explain::probe::LARGEST => "; the contacts are stable at any step".to_owned(),
-            _ => format!("; {names} is stable up to {}: margin {}", si(limit, "s"), short(limit / method.timestep)),
+            limit if *limit >= explain::probe::LARGEST => {
+                "; the springs are stable at any step of up to 1 s".to_owned()
+            }
+            _ => format!("; {names} is stable up to {}: margin {}", si(*limit, "s"), short(limit / method.timestep)),
         };
     }
     rows.push(["step".into(), step]);
@@ -142,7 +145,30 @@ fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String 
     for [name, value] in rows {
         text += &format!("  {name:<12} {value}\n");
     }
-    text
+    text + &warning(method, limit)
+}
+
+/// Said before the first step where the timestep is beyond what the springs bear.
+fn warning(method: &Method, limit: Option<(f64, String)>) -> String {
+    let integrator = method.integrator.name;
+    match limit {
+        Some((0.0, names)) => {
+            format!("warning: {names} gains energy at any timestep with {integrator}: take another --integrator\n")
+        }
+        Some((limit, names)) if limit < method.timestep => format!(
+            "warning: at this timestep {names} gains energy until the run means nothing; the largest safe one with \
+             {integrator} is {}: --timestep {:.1e}\n",
+            si(limit, "s"),
+            rounded_down(limit)
+        ),
+        _ => String::new(),
+    }
+}
+
+/// Two digits, never above the number.
+fn rounded_down(x: f64) -> f64 {
+    let unit = 10f64.powf(x.log10().floor() - 1.0);
+    (x / unit).floor() * unit
 }
 
 /// Joint coordinates in the table where they are few and plain; otherwise the centre of mass of all that moves.

@@ -214,3 +214,23 @@ fn requests_that_cannot_be_are_refused_in_one_sentence() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(1) && said.contains("the closed form `sprung`"), "{said}");
 }
+
+#[test]
+fn a_run_beyond_its_limit_is_warned_before_the_first_step() {
+    let folder = folder("warned");
+    let scene = scene(&folder, SPRING);
+    // h ω < 2 (√1.01 + 0.1) = 2.21, ω = 10 rad/s.
+    for (timestep, integrator, warned) in
+        [("0.5", "semi-implicit-euler", true), ("0.2", "semi-implicit-euler", false), ("0.5", "implicit-euler", false)]
+    {
+        let output = penny(&["run", &scene, "--timestep", timestep, "--integrator", integrator]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        let has = said.contains("warning: at this timestep joint x gains energy");
+        assert!(has == warned && (!warned || said.contains("--timestep 2.2e-1")), "{timestep} {integrator}: {said}");
+        assert!(!warned || said.find("warning") < said.find("time s"), "too late: {said}");
+    }
+    let undamped = self::scene(&self::folder("undamped"), &SPRING.replace("damping=\"2\"", ""));
+    let output = penny(&["run", &undamped, "--integrator", "explicit-euler"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("gains energy at any timestep with explicit-euler"), "{said}");
+}
