@@ -15,3 +15,4 @@ pub mod math;
 pub mod mjcf;
 pub mod model;
 pub mod state;
+pub mod view;
