@@ -5,11 +5,17 @@
 //! The view reads the physics; the physics never learns of frames, cameras or clocks.
 
 pub mod camera;
+pub mod clock;
+pub mod controls;
 pub mod draw;
 mod ground;
+pub mod ledger;
+pub mod log;
 mod mesh;
 pub mod paint;
 mod raster;
+pub mod scene;
+pub mod session;
 mod shade;
 mod shadow;
 
