@@ -3,11 +3,18 @@
 //! Nothing here has to be saved. All buffers reach their final size in the first step, so later steps do not
 //! allocate. Per-body arrays are indexed like `model.bodies`.
 
+use crate::collision::detect::Scratch;
+use crate::dynamics;
+use crate::dynamics::plan::Plan;
+use crate::dynamics::spatial::Inertia;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
 use crate::model::Model;
 
 #[derive(Clone, Debug, Default)]
 pub struct Data {
+    /// What a step of this model has to compute.
+    pub plan: Plan,
+
     // Kinematics: poses in the world.
     pub xpos: Vec<Vec3>,
     pub xquat: Vec<Quat>,
@@ -28,6 +35,11 @@ pub struct Data {
     pub qfrc_passive: Vec<f64>,
     /// Actuators (nv).
     pub qfrc_actuator: Vec<f64>,
+    /// The force of each actuator before its gear, N or N m.
+    pub actuator_force: Vec<f64>,
+    /// All forces but those of constraints: passive + actuator + applied − bias (nv). Free trees have none here,
+    /// nor in `qfrc_bias`: their acceleration has a closed form.
+    pub qfrc_smooth: Vec<f64>,
     /// Acceleration without contact and other constraint forces (nv).
     pub qacc_smooth: Vec<f64>,
     /// Inertia matrix, one dense row-major block per tree at `m_adr[tree]`; free trees have none.
@@ -36,8 +48,21 @@ pub struct Data {
     pub qld: Vec<f64>,
     pub m_adr: Vec<usize>,
 
+    // Scratch of trees that are not free bodies: six-vectors in world axes about the tree's first body.
+    /// Twist that each dof causes (nv).
+    pub cdof: Vec<Vec6>,
+    /// Twist, acceleration and force of each body; its inertia, alone and with all that hangs on it.
+    pub cvel: Vec<Vec6>,
+    pub cacc: Vec<Vec6>,
+    pub cfrc: Vec<Vec6>,
+    pub cinert: Vec<Inertia>,
+    pub crb: Vec<Inertia>,
+    /// Scratch of the integrators.
+    pub stages: Stages,
+
     // Contacts.
     pub contacts: Vec<Contact>,
+    pub detect: Scratch,
 
     // Result.
     /// Acceleration (nv).
@@ -111,7 +136,36 @@ pub struct Counts {
     pub forwards: usize,
 }
 
+/// Scratch of the integrators.
+#[derive(Clone, Debug, Default)]
+pub struct Stages {
+    /// State at the start of the step.
+    pub qpos: Vec<f64>,
+    pub qvel: Vec<f64>,
+    /// How positions change during a stage (nv).
+    pub rate: Vec<f64>,
+    /// Weighted sums over the stages (nv), or the acceleration that an implicit update uses.
+    pub vel: Vec<f64>,
+    pub acc: Vec<f64>,
+    /// Factor of an implicit update's matrix, layout of `qm`.
+    pub qh: Vec<f64>,
+}
+
+impl Stages {
+    fn new(nq: usize, nv: usize, size: usize) -> Stages {
+        Stages {
+            qpos: vec![0.0; nq],
+            qvel: vec![0.0; nv],
+            rate: vec![0.0; nv],
+            vel: vec![0.0; nv],
+            acc: vec![0.0; nv],
+            qh: vec![0.0; size],
+        }
+    }
+}
+
 impl Data {
+    /// Buffers for a model, and all that never changes: where what does not move is.
     pub fn new(model: &Model) -> Data {
         let n = model.bodies.len();
         let mut m_adr = Vec::with_capacity(model.trees.len());
@@ -123,7 +177,8 @@ impl Data {
             }
         }
         let zeros = vec![0.0; model.nv];
-        Data {
+        let mut data = Data {
+            plan: Plan::new(model),
             xpos: vec![Vec3::zeros(); n],
             xquat: vec![Quat::identity(); n],
             xmat: vec![Mat3::identity(); n],
@@ -135,14 +190,26 @@ impl Data {
             qfrc_bias: zeros.clone(),
             qfrc_passive: zeros.clone(),
             qfrc_actuator: zeros.clone(),
+            actuator_force: vec![0.0; model.actuators.len()],
+            qfrc_smooth: zeros.clone(),
             qacc_smooth: zeros.clone(),
             qm: vec![0.0; size],
             qld: vec![0.0; size],
             m_adr,
+            cdof: vec![Vec6::zeros(); model.nv],
+            cvel: vec![Vec6::zeros(); n],
+            cacc: vec![Vec6::zeros(); n],
+            cfrc: vec![Vec6::zeros(); n],
+            cinert: vec![Inertia::default(); n],
+            crb: vec![Inertia::default(); n],
+            stages: Stages::new(model.nq, model.nv, size),
             contacts: Vec::new(),
+            detect: Scratch::default(),
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             counts: Counts::default(),
-        }
+        };
+        dynamics::prepare(model, &mut data);
+        data
     }
 }

@@ -1,7 +1,9 @@
 //! One step on one page.
 
+use crate::collision;
 use crate::contact::Law;
-use crate::data::Data;
+use crate::data::{Contact, Counts, Data};
+use crate::dynamics;
 use crate::integrate::Integrator;
 use crate::model::Model;
 use crate::state::State;
@@ -36,13 +38,46 @@ pub struct Diverged {
 /// Errors: [`Diverged`] if a position, velocity or acceleration is not finite or beyond 1e10 (MuJoCo's bound);
 /// the state is then what the failed step left.
 pub fn step(model: &Model, method: &Method, state: &mut State, data: &mut Data) -> Result<(), Diverged> {
+    data.counts = Counts::default();
     (method.integrator.advance)(model, method, state, data);
-    Ok(())
+    if sane(&state.qpos) && sane(&state.qvel) && sane(&data.qacc) { Ok(()) } else { Err(diverged(model, state, data)) }
 }
 
 /// Forces and accelerations at the state: everything but the integration.
 pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
-    let _ = (model, state);
     data.counts.forwards += 1;
-    (method.contact.solve)(model, method, state, data);
+    dynamics::kinematics(model, &state.qpos, data);
+    collision::detect(model, data);
+    dynamics::smooth(model, method, state, data);
+    if data.contacts.is_empty() && !data.plan.joint_rows {
+        data.qacc.copy_from_slice(&data.qacc_smooth);
+        data.qfrc_constraint.fill(0.0);
+    } else {
+        (method.contact.solve)(model, method, state, data);
+    }
+}
+
+/// MuJoCo's bound on positions, velocities and accelerations.
+const HUGE: f64 = 1e10;
+
+fn sane(numbers: &[f64]) -> bool {
+    numbers.iter().all(|x| x.abs() <= HUGE)
+}
+
+/// Says which number left the bounds, and whose it is.
+#[cold]
+fn diverged(model: &Model, state: &State, data: &Data) -> Diverged {
+    let quantities = [("qpos", &state.qpos), ("qvel", &state.qvel), ("qacc", &data.qacc)];
+    let (quantity, index, value) = quantities
+        .into_iter()
+        .find_map(|(name, x)| Some(name).zip(x.iter().position(|x| !sane(&[*x]))).map(|(n, i)| (n, i, x[i])))
+        .unwrap_or(("qpos", 0, f64::NAN));
+    let body = match quantity {
+        "qpos" => model.joints.iter().rev().find(|j| j.qposadr <= index).map_or(0, |j| j.body),
+        _ => model.dofs[index].body,
+    };
+    let of_body = |c: &Contact| c.body.contains(&(body as u32));
+    let deepest = |a: &usize, b: &usize| data.contacts[*a].dist.total_cmp(&data.contacts[*b].dist);
+    let contact = (0..data.contacts.len()).filter(|&c| of_body(&data.contacts[c])).min_by(deepest);
+    Diverged { time: state.time, body, quantity, index, value, contact }
 }

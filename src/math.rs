@@ -40,13 +40,22 @@ pub fn mat(q: &Quat) -> Mat3 {
 /// The rotation by the vector `theta` (axis times angle, rad), exact at any angle.
 ///
 ///     exp θ = [cos |θ|/2, θ/|θ| sin |θ|/2]
+///
+/// Up to half a radian, which is what a step turns, by the power series of cos x and sin x / x to the last bit.
 pub fn exp(theta: &Vec3) -> Quat {
-    let angle = theta.norm();
-    if angle < MIN_VAL {
-        return Quat::identity();
-    }
-    let (sin, cos) = (0.5 * angle).sin_cos();
-    let v = theta * (sin / angle);
+    let xx = 0.25 * theta.norm_squared();
+    let (cos, sinc) = if xx < 0.0625 {
+        (
+            1.0 - xx / 2.0
+                * (1.0 - xx / 12.0 * (1.0 - xx / 30.0 * (1.0 - xx / 56.0 * (1.0 - xx / 90.0 * (1.0 - xx / 132.0))))),
+            1.0 - xx / 6.0 * (1.0 - xx / 20.0 * (1.0 - xx / 42.0 * (1.0 - xx / 72.0 * (1.0 - xx / 110.0)))),
+        )
+    } else {
+        let x = xx.sqrt();
+        let (sin, cos) = x.sin_cos();
+        (cos, sin / x)
+    };
+    let v = theta * (0.5 * sinc);
     Quat::new_unchecked(nalgebra::Quaternion::new(cos, v.x, v.y, v.z))
 }
 

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::collision::Collider;
+use crate::collision::{Collider, collider};
 use crate::math::{Mat3, Quat, Vec3};
 
 #[derive(Clone, Debug)]
@@ -244,6 +244,10 @@ pub struct Pairs {
     pub swept: Vec<usize>,
     /// Body pairs (low, high) that never collide, by `<exclude>`. Sorted.
     pub excluded: Vec<(usize, usize)>,
+    /// Swept geoms with the same class have the same contact parameters (indexed by geom).
+    pub class: Vec<u32>,
+    /// Index into [`Model::mixes`] of each two classes: a square matrix, row by row.
+    pub mix_table: Vec<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -252,6 +256,37 @@ pub struct Pair {
     pub geom: [usize; 2],
     pub collider: Collider,
     pub mix: usize,
+    pub bound: Bound,
+    /// Given by `<contact><pair>`.
+    pub explicit: bool,
+}
+
+/// The cheap test that a pair has to pass before its collider runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// The collider is as cheap itself.
+    None,
+    /// The second centre is at most this high above the plane, m.
+    Height(f64),
+    /// The square of the distance between the centres is at most this, m².
+    Distance2(f64),
+}
+
+impl Pair {
+    /// The pair of two geoms, in contact order; none if there is no collider for them.
+    pub fn new(geoms: &[Geom], [g1, g2]: [usize; 2], index: usize, mix: &Mix) -> Option<Pair> {
+        use GeomKind::{Plane, Sphere};
+        let key = |g: usize| (geoms[g].kind, g);
+        let geom = if key(g1) <= key(g2) { [g1, g2] } else { [g2, g1] };
+        let [a, b] = geom.map(|g| &geoms[g]);
+        let reach = a.rbound + b.rbound + mix.margin + mix.gap;
+        let bound = match (a.kind, b.kind) {
+            (Plane | Sphere, Sphere) => Bound::None,
+            (Plane, _) => Bound::Height(reach),
+            _ => Bound::Distance2(reach * reach),
+        };
+        Some(Pair { geom, collider: collider(a.kind, b.kind)?, mix: index, bound, explicit: false })
+    }
 }
 
 /// Parameters of a contact, mixed from its two geoms or given by `<contact><pair>`.

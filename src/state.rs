@@ -1,5 +1,6 @@
 //! All that is needed to resume a simulation bit for bit.
 
+use crate::data::Data;
 use crate::math::Vec6;
 use crate::model::Model;
 
@@ -43,5 +44,14 @@ impl State {
             qacc_warmstart: vec![0.0; model.nv],
             warm: Vec::new(),
         }
+    }
+
+    /// Keeps what the next step's contact law starts from: the acceleration and the contact forces just found.
+    pub fn remember(&mut self, data: &Data) {
+        self.qacc_warmstart.copy_from_slice(&data.qacc);
+        self.warm.clear();
+        self.warm.reserve(data.contacts.capacity());
+        let pushing = data.contacts.iter().filter(|c| c.force != [0.0; 6]);
+        self.warm.extend(pushing.map(|c| Warm { geom: c.geom, feature: c.feature, force: c.force }));
     }
 }

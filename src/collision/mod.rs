@@ -3,8 +3,17 @@
 //! Contact points, their order, frames and signs are MuJoCo's: the normal points from the first geom to the
 //! second, `dist` is negative in penetration, and the point lies midway between the two surfaces.
 
-use crate::math::{Mat3, Vec3};
+mod boxes;
+mod capsule;
+pub mod detect;
+mod plane;
+mod sphere;
+pub mod sweep;
+
+use crate::math::{MIN_VAL, Mat3, Vec3};
 use crate::model::GeomKind;
+
+pub use detect::detect;
 
 /// A shape where it is: size as in [`crate::model::Geom`], centre and axes in the world.
 #[derive(Clone, Copy, Debug)]
@@ -13,6 +22,13 @@ pub struct Placed<'a> {
     pub pos: &'a Vec3,
     /// Columns are the shape's axes.
     pub mat: &'a Mat3,
+}
+
+impl Placed<'_> {
+    /// The shape's i-th axis in the world.
+    fn axis(&self, i: usize) -> Vec3 {
+        self.mat.column(i).into_owned()
+    }
 }
 
 /// One point of contact.
@@ -69,6 +85,41 @@ pub type Collider = fn(a: &Placed, b: &Placed, margin: f64, out: &mut Hits);
 
 /// The collider for two kinds, the lower kind first; `None` if Penny has none.
 pub fn collider(a: GeomKind, b: GeomKind) -> Option<Collider> {
-    let _ = (a, b);
-    None
+    use GeomKind::*;
+    Some(match (a, b) {
+        (Plane, Sphere) => plane::plane_sphere,
+        (Plane, Capsule) => plane::plane_capsule,
+        (Plane, Ellipsoid) => plane::plane_ellipsoid,
+        (Plane, Cylinder) => plane::plane_cylinder,
+        (Plane, Box) => plane::plane_box,
+        (Sphere, Sphere) => sphere::sphere_sphere,
+        (Sphere, Capsule) => sphere::sphere_capsule,
+        (Sphere, Cylinder) => sphere::sphere_cylinder,
+        (Sphere, Box) => sphere::sphere_box,
+        (Capsule, Capsule) => capsule::capsule_capsule,
+        (Box, Box) => boxes::box_box,
+        _ => return None,
+    })
+}
+
+/// The contact frame: rows are the normal and two tangents.
+///
+///     t₁ = unit(t − (t·n) n),     t₂ = n × t₁
+///
+/// with t the pair's own tangent, or else the world's y axis, or its z axis where the normal is within 60° of y.
+///
+/// Source: MuJoCo 4.0 manual, Computation › Contact › frame; which axis is chosen was found by running it.
+pub fn frame(normal: &Vec3, tangent: &Vec3) -> Mat3 {
+    let mut t = *tangent;
+    if t.norm_squared() < 0.25 {
+        t = if normal.y.abs() < 0.5 { Vec3::y() } else { Vec3::z() };
+    }
+    let along = t.dot(normal);
+    if along != 0.0 {
+        t -= normal * along;
+        // A capsule standing upright prescribes its normal as tangent.
+        t = t.try_normalize(MIN_VAL).unwrap_or(Vec3::x());
+    }
+    let s = normal.cross(&t);
+    Mat3::new(normal.x, normal.y, normal.z, t.x, t.y, t.z, s.x, s.y, s.z)
 }

@@ -1,5 +1,7 @@
 //! Contact laws: depth and rate in, force out. The list [`ALL`] is the only place that knows their names.
 
+pub mod impedance;
+
 use crate::data::Data;
 use crate::forward::Method;
 use crate::model::Model;

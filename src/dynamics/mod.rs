@@ -1,1 +1,165 @@
 //! Dynamics without contact: one file a pass.
+//!
+//! A free body takes the closed forms of [`free`]; every other tree goes through kinematics, inertia matrix
+//! (composite rigid bodies), bias forces (recursive Newton–Euler) and one solve. A tree that only slides has a
+//! constant inertia matrix and constant bias forces: they are computed once.
+
+pub mod actuation;
+pub mod bias;
+pub mod energy;
+pub mod free;
+pub mod inertia;
+pub mod kinematics;
+pub mod passive;
+pub mod plan;
+pub mod spatial;
+
+use std::ops::Range;
+
+use crate::data::Data;
+use crate::forward::Method;
+use crate::math::{Vec3, Vec6};
+use crate::model::{Model, Tree};
+use crate::state::State;
+
+/// Computes what no step has to: poses of what never moves, axes, inertia and bias of trees that only slide.
+pub fn prepare(model: &Model, data: &mut Data) {
+    for b in (1..model.bodies.len()).filter(|&b| model.bodies[b].tree.is_none()) {
+        kinematics::weld(model, b, data);
+    }
+    let still = plan::touching(model, false);
+    kinematics::geoms(&still, &data.xpos, &data.xmat, &mut data.geom_xpos, &mut data.geom_xmat);
+    let gravity = gravity(model);
+    for (t, tree) in model.trees.iter().enumerate() {
+        if let Some(free) = &tree.free {
+            data.movers[tree.bodies.start].minv = free::prepare(free);
+        } else if !tree.rotates {
+            kinematics::sliding_axes(model, tree, data);
+            inertia::bodies(model, tree, data);
+            inertia::matrix(model, t, data);
+            factor_m(model, t, data);
+            bias::bias(model, tree, &gravity, &vec![0.0; model.nv], data);
+        }
+    }
+    kinematics(model, &model.qpos0, data);
+}
+
+/// Where everything that moves is.
+///
+/// Reads:  qpos. Writes: xpos, xquat, xmat, xanchor, xaxis, geom_xpos, geom_xmat; com and axes of the movers.
+pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
+    for tree in &model.trees {
+        match &tree.free {
+            Some(free) => free::place(model, tree, free, qpos, data),
+            None => kinematics::articulated(model, tree, qpos, data),
+        }
+    }
+    kinematics::geoms(&data.plan.posed, &data.xpos, &data.xmat, &mut data.geom_xpos, &mut data.geom_xmat);
+}
+
+/// Forces and acceleration without contact.
+///
+///     M qacc_smooth = qfrc_smooth = qfrc_passive + qfrc_actuator + Jᵀ xfrc_applied − qfrc_bias
+///
+/// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth, vel, acc and minv of the movers;
+///         for trees that are not free bodies also qm, qld, qfrc_bias, qfrc_smooth.
+pub fn smooth(model: &Model, _method: &Method, state: &State, data: &mut Data) {
+    passive::passive(model, &state.qpos, &state.qvel, data);
+    actuation::actuate(model, state, data);
+    let pushed = !model.actuators.is_empty() || !state.xfrc_applied.is_empty();
+    let gravity = gravity(model);
+    for (t, tree) in model.trees.iter().enumerate() {
+        match &tree.free {
+            Some(free) => {
+                let wrench = pushed.then(|| free::wrench(model, tree, free, state, data));
+                free::accelerate(tree, free, &gravity, wrench, &state.qvel, data);
+            }
+            None => articulated(model, t, &gravity, state, data),
+        }
+    }
+}
+
+/// [`smooth`] for one tree that is not a free body.
+fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mut Data) {
+    let tree = &model.trees[t];
+    bias::velocities(model, tree, &state.qvel, data);
+    if tree.rotates {
+        inertia::bodies(model, tree, data);
+        inertia::matrix(model, t, data);
+        factor_m(model, t, data);
+        bias::bias(model, tree, gravity, &state.qvel, data);
+    }
+    for d in tree.dofs.clone() {
+        data.qfrc_smooth[d] = data.qfrc_passive[d] + data.qfrc_actuator[d] - data.qfrc_bias[d];
+    }
+    for b in tree.bodies.clone().take(state.xfrc_applied.len().saturating_sub(tree.bodies.start)) {
+        actuation::apply(model, b, &state.xfrc_applied[b], data);
+    }
+    let Data { qacc_smooth, qfrc_smooth, qld, plan, m_adr, .. } = data;
+    let qacc = &mut qacc_smooth[tree.dofs.clone()];
+    qacc.copy_from_slice(&qfrc_smooth[tree.dofs.clone()]);
+    inertia::solve(&qld[m_adr[t]..], qacc.len(), tree.dofs.start, &plan.dof_parent, qacc);
+    bias::accelerations(model, tree, data);
+}
+
+/// Jacobian of a point of a body: column j is the twist of the point when dof j of the body's tree moves.
+///
+///     [velocity at `point`, angular velocity] = Σ_j out_j q̇_j        (world axes)
+///
+/// Columns are those of the tree's dofs; dofs that do not move the body get zero.
+/// In: `point` in the world, m. Out: m or 1 a unit of q, and rad. Reads: kinematics.
+pub fn jacobian(model: &Model, data: &Data, body: usize, point: &Vec3, out: &mut [Vec6]) {
+    let Some(t) = model.bodies[body].tree else { return };
+    let tree = &model.trees[t];
+    let root = tree.bodies.start;
+    let arm = point - data.xpos[root];
+    if tree.free.is_some() {
+        for i in 0..3 {
+            let axis = data.xmat[root].column(i).into_owned();
+            out[i] = Vec6::ith(i, 1.0);
+            out[3 + i] = spatial::join(&axis.cross(&arm), &axis);
+        }
+        return;
+    }
+    out[..tree.dofs.len()].fill(Vec6::zeros());
+    let mut d = last_dof(model, body);
+    while d != plan::NONE {
+        out[d - tree.dofs.start] = spatial::at(&data.cdof[d], &arm);
+        d = data.plan.dof_parent[d];
+    }
+}
+
+/// x ← M⁻¹ x for a tree that is not a free body; `x` holds the tree's dofs.
+pub fn solve_m(model: &Model, data: &Data, tree: usize, x: &mut [f64]) {
+    let dofs = &model.trees[tree].dofs;
+    inertia::solve(&data.qld[data.m_adr[tree]..], dofs.len(), dofs.start, &data.plan.dof_parent, x);
+}
+
+fn factor_m(model: &Model, t: usize, data: &mut Data) {
+    let (n, first, adr) = (model.trees[t].dofs.len(), model.trees[t].dofs.start, data.m_adr[t]);
+    let Data { qm, qld, plan, .. } = data;
+    let block = &mut qld[adr..adr + n * n];
+    block.copy_from_slice(&qm[adr..adr + n * n]);
+    inertia::factor(block, n, first, &plan.dof_parent);
+}
+
+/// Gravity, m/s²; zero where the flag switches it off.
+pub fn gravity(model: &Model) -> Vec3 {
+    if model.opt.flags.gravity { model.opt.gravity } else { Vec3::zeros() }
+}
+
+/// Centre of mass of a body in the world, m.
+pub fn xipos(model: &Model, data: &Data, body: usize) -> Vec3 {
+    data.xpos[body] + data.xmat[body] * model.bodies[body].ipos
+}
+
+/// The joints of a tree.
+pub fn joints_of(model: &Model, tree: &Tree) -> Range<usize> {
+    model.dofs[tree.dofs.start].joint..model.dofs[tree.dofs.end - 1].joint + 1
+}
+
+/// The last dof that moves a body, [`plan::NONE`] if nothing does.
+pub fn last_dof(model: &Model, body: usize) -> usize {
+    let dofs = &model.bodies[model.bodies[body].weld].dofs;
+    if dofs.is_empty() { plan::NONE } else { dofs.end - 1 }
+}

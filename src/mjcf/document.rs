@@ -1,11 +1,21 @@
 //! XML text as a tree whose every name and value knows its place in the file.
+//!
+//! What an element means is not known here; [`super::parse`] builds the tree, [`super::schema`] judges it.
+
+use super::source::Source;
 
 /// Bytes `start..end` of file number `file`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Span {
     pub file: u32,
     pub start: u32,
     pub end: u32,
+}
+
+impl Span {
+    pub(super) fn new(file: u32, start: usize, end: usize) -> Span {
+        Span { file, start: start as u32, end: end as u32 }
+    }
 }
 
 /// An element of a [`Document`].
@@ -14,17 +24,73 @@ pub struct NodeId(pub u32);
 
 /// The files of a scene (the main file and its includes) and their elements.
 #[derive(Clone, Debug, Default)]
-pub struct Document {}
+pub struct Document {
+    /// The main file first, then the included ones in the order they were met.
+    pub files: Vec<Source>,
+    pub(super) nodes: Vec<Node>,
+}
+
+/// An element: name, attributes and children, each in file order.
+#[derive(Clone, Debug)]
+pub struct Node {
+    pub name: String,
+    /// From `<` to the end of the name.
+    pub span: Span,
+    pub attributes: Vec<Attribute>,
+    pub children: Vec<NodeId>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Attribute {
+    pub name: String,
+    pub name_span: Span,
+    /// Entities replaced.
+    pub value: String,
+    /// What stands between the quotes.
+    pub value_span: Span,
+}
 
 impl Document {
-    /// The element's start tag: `<geom …>` from `<` to the end of its name.
-    pub fn span(&self, node: NodeId) -> Span {
-        let _ = node;
-        todo!()
+    /// The outermost element, if there is one.
+    pub fn root(&self) -> Option<NodeId> {
+        (!self.nodes.is_empty()).then_some(NodeId(0))
     }
+
+    pub fn node(&self, node: NodeId) -> &Node {
+        &self.nodes[node.0 as usize]
+    }
+
+    pub fn attribute(&self, node: NodeId, name: &str) -> Option<&Attribute> {
+        self.node(node).attributes.iter().find(|a| a.name == name)
+    }
+
+    /// The element's start tag: `<geom` from `<` to the end of its name.
+    pub fn span(&self, node: NodeId) -> Span {
+        self.node(node).span
+    }
+
+    /// The name of an attribute where the element itself has it; the element's tag where it came from a default.
+    pub fn name_span(&self, node: NodeId, attribute: &str) -> Span {
+        self.attribute(node, attribute).map_or(self.span(node), |a| a.name_span)
+    }
+
     /// The value of an attribute where the element itself has it; the element's tag where it came from a default.
     pub fn value_span(&self, node: NodeId, attribute: &str) -> Span {
-        let _ = (node, attribute);
-        todo!()
+        self.attribute(node, attribute).map_or(self.span(node), |a| a.value_span)
+    }
+
+    /// The `index`-th word of an attribute's value (all of it if it has entities, which move the words).
+    pub fn word_span(&self, attribute: &Attribute, index: usize) -> Span {
+        let Span { file, start, end } = attribute.value_span;
+        if attribute.value.len() != (end - start) as usize {
+            return attribute.value_span;
+        }
+        match attribute.value.split_ascii_whitespace().nth(index) {
+            Some(word) => {
+                let from = start as usize + word.as_ptr() as usize - attribute.value.as_ptr() as usize;
+                Span::new(file, from, from + word.len())
+            }
+            None => attribute.value_span,
+        }
     }
 }

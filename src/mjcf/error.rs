@@ -13,15 +13,286 @@ pub struct Problem {
     pub help: Option<String>,
 }
 
-/// Every kind of problem. `code()` is the stable name in brackets: `error[unknown-attribute]`.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum ProblemKind {
-    #[error("`{element}` has no attribute `{attribute}`")]
-    UnknownAttribute { element: String, attribute: String },
+impl Problem {
+    pub fn new(kind: ProblemKind, span: Span) -> Problem {
+        Problem { kind, span, related: Vec::new(), help: None }
+    }
+
+    pub fn help(mut self, help: impl Into<String>) -> Problem {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// "did you mean …?", if there is something to suggest.
+    pub fn suggest(mut self, name: Option<&str>) -> Problem {
+        if let Some(name) = name {
+            self.help = Some(format!("did you mean `{name}`?"));
+        }
+        self
+    }
+
+    pub fn related(mut self, span: Span, label: impl Into<String>) -> Problem {
+        self.related.push((span, label.into()));
+        self
+    }
+
+    pub fn severity(&self) -> Severity {
+        self.kind.severity()
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
     Error,
     Warning,
+}
+
+/// Every kind of problem. [`ProblemKind::code`] is the stable name in brackets: `error[unknown-attribute]`.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum ProblemKind {
+    // The file.
+    #[error("cannot read `{file}`: {why}")]
+    CannotRead { file: String, why: String },
+    #[error("`{file}` is a folder, not a file")]
+    IsFolder { file: String },
+    #[error("`{file}` is not text in UTF-8")]
+    NotUtf8 { file: String },
+    #[error("`{file}` is larger than 1 GiB")]
+    TooLarge { file: String },
+    #[error("the file has no element")]
+    EmptyFile,
+
+    // XML.
+    #[error("{what}")]
+    BrokenXml { what: String },
+    #[error("`<{element}>` is never closed")]
+    UnclosedElement { element: String },
+    #[error("`</{element}>` closes nothing")]
+    UnmatchedEnd { element: String },
+    #[error("text outside the outermost element")]
+    TextOutside,
+    #[error("a second outermost element `{element}`")]
+    SecondRoot { element: String },
+    #[error("elements are nested more than {limit} deep")]
+    TooDeep { limit: usize },
+    #[error("attribute `{attribute}` is given twice")]
+    DuplicateAttribute { attribute: String },
+    #[error("{what}")]
+    BadEntity { what: String },
+    #[error("text between elements has no meaning in MJCF")]
+    StrayText,
+    #[error("this is not an MJCF file: its outermost element is `{found}`, not `mujoco`")]
+    NotMjcf { found: String },
+    #[error("`{file}` includes itself")]
+    IncludeCycle { file: String },
+    #[error("`{file}` is included a second time")]
+    IncludeTwice { file: String },
+    #[error("the included file `{file}` has no elements to insert")]
+    IncludeEmpty { file: String },
+
+    // Names.
+    #[error("`{parent}` has no element `{element}`")]
+    UnknownElement { parent: String, element: String },
+    #[error("`{element}` cannot stand in `{parent}`")]
+    MisplacedElement { parent: String, element: String },
+    #[error("`{parent}` can have only one `{element}`")]
+    RepeatedElement { parent: String, element: String },
+    #[error("`{element}` has no attribute `{attribute}`")]
+    UnknownAttribute { element: String, attribute: String },
+    #[error("`{element}` in a default class has no attribute `{attribute}`")]
+    NotInDefault { element: String, attribute: String },
+    #[error("`{element}` needs the attribute `{attribute}`")]
+    MissingAttribute { element: String, attribute: String },
+    #[error("there is no {what} `{name}`")]
+    UnknownReference { what: String, name: String },
+    #[error("there is no default class `{name}`")]
+    UnknownClass { name: String },
+    #[error("a second {what} is named `{name}`")]
+    DuplicateName { what: String, name: String },
+    #[error("the top-level default class is `main` and cannot be called `{name}`")]
+    MainRenamed { name: String },
+    #[error("Penny has no {what} `{name}` of its own")]
+    UnknownPennyName { what: String, name: String },
+
+    // Values.
+    #[error("`{attribute}` cannot be `{value}`")]
+    UnknownKeyword { attribute: String, value: String },
+    #[error("`{attribute}` takes {expected}, but {found} given")]
+    WrongCount { attribute: String, expected: String, found: String },
+    #[error("`{word}` is not a number")]
+    NotANumber { word: String },
+    #[error("`{word}` is not a whole number")]
+    NotAnInteger { word: String },
+    #[error("`{word}` is too large a number")]
+    NumberTooLarge { word: String },
+    #[error("`{attribute}` must be finite, not {word}")]
+    NotFinite { attribute: String, word: String },
+    #[error("`{attribute}` must be {rule}, not {word}")]
+    OutOfRange { attribute: String, rule: String, word: String },
+    #[error("`{attribute}` is empty")]
+    EmptyValue { attribute: String },
+
+    // What Penny leaves out.
+    #[error("`{name}` is not supported: {lost}")]
+    Unsupported { name: String, lost: String },
+    #[error("`{name}` is ignored: {lost}")]
+    Ignored { name: String, lost: String },
+
+    // Elements that contradict each other.
+    #[error("`{element}` has more than one orientation")]
+    SeveralOrientations { element: String },
+    #[error("`{element}` has both `{one}` and `{other}`")]
+    Conflict { element: String, one: String, other: String },
+    #[error("the orientation has no effect beside `fromto`")]
+    OrientationLost,
+    #[error("the world cannot have a `{element}`")]
+    NotInWorld { element: String },
+    #[error("a free joint must belong to a body directly in `worldbody`")]
+    FreeJointNested,
+    #[error("a free joint must be its body's only joint")]
+    FreeJointNotAlone,
+    #[error("`range` limits nothing, because it does not increase")]
+    RangeLost,
+    #[error("`{attribute}` mixes the two formats: {value}")]
+    MixedSolref { attribute: String, value: String },
+
+    // What only shows when the scene is put together (reported by `compile`).
+    #[error("the `{attribute}` of this {element} has no direction: {why}")]
+    NoDirection { element: String, attribute: String, why: String },
+    #[error("a {shape} needs {needs} numbers in `size`, but has {given}")]
+    SizeMissing { shape: &'static str, needs: usize, given: usize },
+    #[error("the {what} of a {shape} must be above zero, not {value}")]
+    SizeNotPositive { shape: &'static str, what: &'static str, value: f64 },
+    #[error("a {shape} cannot be placed by `fromto`")]
+    FromtoShape { shape: &'static str },
+    #[error("a plane cannot move, but {body} does")]
+    PlaneMoves { body: String },
+    #[error("a body can have 6 degrees of freedom, but the joints of this one have {dofs}")]
+    TooManyDofs { dofs: usize },
+    #[error("a joint that turns cannot follow a ball joint of the same body")]
+    TurnAfterBall,
+    #[error("the motions that the joints allow are not independent")]
+    JointsDependent,
+    #[error("`range` is given, but nothing says that it applies")]
+    RangeWithoutLimited,
+    #[error("the range of a ball joint starts at 0, not {low}")]
+    BallRangeStart { low: f64 },
+    #[error("the range {low} to {high} is empty")]
+    RangeEmpty { low: f64, high: f64 },
+    #[error("limited, but without a range")]
+    LimitedWithoutRange,
+    #[error("`{attribute}` must not be negative, but is {value}")]
+    NegativeMass { attribute: &'static str, value: f64 },
+    #[error("{body} moves, but has no mass")]
+    MovingWithoutMass { body: String },
+    #[error("{body} moves, but has no inertia")]
+    MovingWithoutInertia { body: String },
+    #[error("no rigid body has the principal moments {a}, {b}, {c}")]
+    InertiaImpossible { a: f64, b: f64, c: f64 },
+    #[error("no rigid body has this inertia: one of its principal moments is {moment}")]
+    InertiaNotPositive { moment: f64 },
+    #[error("no {of} is named `{name}`")]
+    NoSuchName { of: &'static str, name: String },
+    #[error("a geom cannot touch itself")]
+    PairOfOne,
+    #[error("these two geoms are a `<pair>` already")]
+    PairTwice,
+    #[error("this pair can never do anything")]
+    PairAtRest,
+    #[error("Penny cannot find contacts between {first} and {second}")]
+    NoCollider { first: &'static str, second: &'static str },
+    #[error("`{attribute}` of this scene has {needs} numbers, but the keyframe gives {given}")]
+    KeyframeCount { attribute: &'static str, needs: usize, given: usize },
+    #[error("`{name}` must be one number, zero or more")]
+    NotOneCoefficient { name: String },
+}
+
+impl ProblemKind {
+    /// The stable name in brackets.
+    pub fn code(&self) -> &'static str {
+        use ProblemKind::*;
+        match self {
+            CannotRead { .. } => "cannot-read",
+            IsFolder { .. } => "is-folder",
+            NotUtf8 { .. } => "not-utf8",
+            TooLarge { .. } => "too-large",
+            EmptyFile => "empty-file",
+            BrokenXml { .. } => "broken-xml",
+            UnclosedElement { .. } => "unclosed-element",
+            UnmatchedEnd { .. } => "unmatched-end",
+            TextOutside => "text-outside",
+            SecondRoot { .. } => "second-root",
+            TooDeep { .. } => "too-deep",
+            DuplicateAttribute { .. } => "duplicate-attribute",
+            BadEntity { .. } => "bad-entity",
+            StrayText => "stray-text",
+            NotMjcf { .. } => "not-mjcf",
+            IncludeCycle { .. } => "include-cycle",
+            IncludeTwice { .. } => "include-twice",
+            IncludeEmpty { .. } => "include-empty",
+            UnknownElement { .. } => "unknown-element",
+            MisplacedElement { .. } => "misplaced-element",
+            RepeatedElement { .. } => "repeated-element",
+            UnknownAttribute { .. } => "unknown-attribute",
+            NotInDefault { .. } => "not-in-default",
+            MissingAttribute { .. } => "missing-attribute",
+            UnknownReference { .. } => "unknown-reference",
+            UnknownClass { .. } => "unknown-class",
+            DuplicateName { .. } => "duplicate-name",
+            MainRenamed { .. } => "main-renamed",
+            UnknownPennyName { .. } => "unknown-penny-name",
+            UnknownKeyword { .. } => "unknown-keyword",
+            WrongCount { .. } => "wrong-count",
+            NotANumber { .. } => "not-a-number",
+            NotAnInteger { .. } => "not-an-integer",
+            NumberTooLarge { .. } => "number-too-large",
+            NotFinite { .. } => "not-finite",
+            OutOfRange { .. } => "out-of-range",
+            EmptyValue { .. } => "empty-value",
+            Unsupported { .. } => "unsupported",
+            Ignored { .. } => "ignored",
+            SeveralOrientations { .. } => "several-orientations",
+            Conflict { .. } => "conflict",
+            OrientationLost => "orientation-lost",
+            NotInWorld { .. } => "not-in-world",
+            FreeJointNested => "free-joint-nested",
+            FreeJointNotAlone => "free-joint-not-alone",
+            RangeLost => "range-lost",
+            MixedSolref { .. } => "mixed-solref",
+            NoDirection { .. } => "no-direction",
+            SizeMissing { .. } => "size-missing",
+            SizeNotPositive { .. } => "size-not-positive",
+            FromtoShape { .. } => "fromto-shape",
+            PlaneMoves { .. } => "plane-moves",
+            TooManyDofs { .. } => "too-many-dofs",
+            TurnAfterBall => "turn-after-ball",
+            JointsDependent => "joints-dependent",
+            RangeWithoutLimited => "range-without-limited",
+            BallRangeStart { .. } => "ball-range-start",
+            RangeEmpty { .. } => "range-empty",
+            LimitedWithoutRange => "limited-without-range",
+            NegativeMass { .. } => "negative-mass",
+            MovingWithoutMass { .. } => "moving-without-mass",
+            MovingWithoutInertia { .. } => "moving-without-inertia",
+            InertiaImpossible { .. } => "inertia-impossible",
+            InertiaNotPositive { .. } => "inertia-not-positive",
+            NoSuchName { .. } => "no-such-name",
+            PairOfOne => "pair-of-one",
+            PairTwice => "pair-twice",
+            PairAtRest => "pair-at-rest",
+            NoCollider { .. } => "no-collider",
+            KeyframeCount { .. } => "keyframe-count",
+            NotOneCoefficient { .. } => "not-one-coefficient",
+        }
+    }
+
+    pub fn severity(&self) -> Severity {
+        use ProblemKind::*;
+        match self {
+            StrayText | Ignored { .. } | OrientationLost | RangeLost | PairAtRest | MixedSolref { .. } => {
+                Severity::Warning
+            }
+            _ => Severity::Error,
+        }
+    }
 }

@@ -1,9 +1,72 @@
 //! MJCF text to a checked, typed scene: the only part of Penny that knows XML.
+//!
+//!     file ─ parse → Document (spans) ─ check against the schema → read, defaults merged → Spec
+//!
+//! Every stage collects its problems instead of stopping at the first.
 
+mod check;
+mod defaults;
 pub mod document;
 pub mod error;
+mod parse;
+mod read;
+mod render;
+pub mod schema;
+pub mod source;
 pub mod spec;
+mod suggest;
+
+use std::path::Path;
 
 pub use document::{Document, NodeId, Span};
 pub use error::{Problem, ProblemKind, Severity};
+pub use render::render;
 pub use spec::Spec;
+pub use suggest::nearest;
+
+/// A scene that can be compiled.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    pub document: Document,
+    pub spec: Spec,
+    pub warnings: Vec<Problem>,
+}
+
+/// A file that is no scene: at least one of the problems is an error.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    pub document: Document,
+    pub problems: Vec<Problem>,
+}
+
+/// All problems as plain text.
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&render(&self.document, &self.problems, false))
+    }
+}
+
+impl std::error::Error for Failure {}
+
+/// Reads a file and what it includes.
+///
+/// Errors: everything that is wrong with it, each problem with its place.
+pub fn load(path: &Path) -> Result<Loaded, Failure> {
+    finish(parse::load(path))
+}
+
+/// Reads text as if it were the file `name`; included files are looked for beside it.
+pub fn parse(name: &str, text: &str) -> Result<Loaded, Failure> {
+    finish(parse::parse(name, text))
+}
+
+fn finish((document, mut problems): (Document, Vec<Problem>)) -> Result<Loaded, Failure> {
+    let failed = |problems: &[Problem]| problems.iter().any(|p| p.severity() == Severity::Error);
+    let whole = !failed(&problems);
+    problems.extend(check::check(&document, whole));
+    let spec = document.root().filter(|_| whole).map(|root| read::read(&document, root, &mut problems));
+    match spec {
+        Some(spec) if !failed(&problems) => Ok(Loaded { document, spec, warnings: problems }),
+        _ => Err(Failure { document, problems }),
+    }
+}

@@ -106,6 +106,8 @@ pub struct Inertial {
     pub diaginertia: Option<[f64; 3]>,
     /// M11 M22 M33 M12 M13 M23
     pub fullinertia: Option<[f64; 6]>,
+    /// `<frame>`s around it, outermost first.
+    pub frames: Vec<Pose>,
 }
 
 #[derive(Clone, Debug)]
@@ -124,6 +126,8 @@ pub struct Joint {
     pub range: Option<[f64; 2]>,
     /// `None` is "auto".
     pub limited: Option<bool>,
+    /// `<freejoint align>`; `None` leaves it to `<compiler alignfree>`.
+    pub align: Option<bool>,
     pub margin: f64,
     pub solreflimit: [f64; 2],
     pub solimplimit: [f64; 5],

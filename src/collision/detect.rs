@@ -1,0 +1,76 @@
+//! The contacts of a step: a cheap test for every pair that can touch, its collider if they are near.
+
+use super::sweep::Sweep;
+use super::{Hits, Placed, frame};
+use crate::data::{Contact, Counts, Data};
+use crate::math::{Mat3, Vec3};
+use crate::model::{Bound, Model, Pair};
+
+/// What the search for contacts keeps between steps.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    hits: Hits,
+    sweep: Sweep,
+}
+
+/// Finds all contacts, in MuJoCo's order: by body pair, then by geom pair.
+///
+/// Reads: `geom_xpos`, `geom_xmat`. Writes: `contacts` (all but the forces), `counts`.
+pub fn detect(model: &Model, data: &mut Data) {
+    let Data { geom_xpos, geom_xmat, contacts, counts, detect: Scratch { hits, sweep }, .. } = data;
+    contacts.clear();
+    if !(model.opt.flags.contact && model.opt.flags.constraint) {
+        return;
+    }
+    let pairs = if model.pairs.swept.is_empty() { &model.pairs.listed } else { sweep.near(model, geom_xpos) };
+    for pair in pairs {
+        if !apart(pair, geom_xpos, geom_xmat) {
+            collide(model, pair, geom_xpos, geom_xmat, hits, contacts, counts);
+        }
+    }
+    counts.contacts += contacts.len();
+}
+
+/// Whether the bounding test rules a contact out.
+fn apart(pair: &Pair, xpos: &[Vec3], xmat: &[Mat3]) -> bool {
+    let [a, b] = pair.geom;
+    match pair.bound {
+        Bound::None => false,
+        Bound::Height(bound) => xmat[a].column(2).dot(&(xpos[b] - xpos[a])) > bound,
+        Bound::Distance2(bound) => (xpos[b] - xpos[a]).norm_squared() > bound,
+    }
+}
+
+fn collide(
+    model: &Model,
+    pair: &Pair,
+    xpos: &[Vec3],
+    xmat: &[Mat3],
+    hits: &mut Hits,
+    contacts: &mut Vec<Contact>,
+    counts: &mut Counts,
+) {
+    let [a, b] = pair.geom.map(|g| Placed { size: &model.geoms[g].size, pos: &xpos[g], mat: &xmat[g] });
+    let mix = &model.mixes[pair.mix];
+    hits.clear();
+    (pair.collider)(&a, &b, mix.margin + mix.gap, hits);
+    counts.pairs += 1;
+    let body = pair.geom.map(|g| model.bodies[model.geoms[g].body].weld as u32);
+    for hit in hits.as_slice() {
+        let frame = if mix.condim > 1 {
+            frame(&hit.normal, &hit.tangent)
+        } else {
+            Mat3::from_rows(&[hit.normal.transpose(), Vec3::zeros().transpose(), Vec3::zeros().transpose()])
+        };
+        contacts.push(Contact {
+            geom: pair.geom.map(|g| g as u32),
+            body,
+            mix: pair.mix as u32,
+            feature: hit.feature,
+            dist: hit.dist,
+            pos: hit.pos,
+            frame,
+            force: [0.0; 6],
+        });
+    }
+}

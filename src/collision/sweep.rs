@@ -1,0 +1,223 @@
+//! The broad phase: which of many geoms are near one another, at a cost that grows with their number only.
+//!
+//! A list of near pairs is kept from step to step. Each bounding sphere is taken larger than it is, and the list
+//! holds until some geom has moved by what was added to it (a Verlet list: Verlet, Phys. Rev. 159, 1967). It is
+//! then found anew with a grid of cells, coarser for larger geoms, each cell as wide as two of its spheres, so that
+//! whatever a sphere can touch lies in the 27 cells around it.
+//!
+//! The list only prunes: which contacts are found does not depend on when it was made.
+
+use crate::math::Vec3;
+use crate::model::{Body, Geom, Model, Pair};
+
+/// How far a geom may move before the list is made anew, per radius.
+const SLACK: f64 = 0.25;
+const NONE: u32 = u32::MAX;
+
+#[derive(Clone, Debug, Default)]
+pub struct Sweep {
+    /// The geoms, largest first.
+    items: Vec<Item>,
+    /// Edge of the smallest cells, m.
+    cell: f64,
+    /// First item of each bucket; a power of two of them.
+    buckets: Vec<u32>,
+    /// Levels that have items.
+    levels: Vec<u32>,
+    found: Vec<Pair>,
+    /// The near pairs and `model.pairs.listed`, in contact order.
+    near: Vec<Pair>,
+}
+
+#[derive(Clone, Debug)]
+struct Item {
+    geom: usize,
+    /// Bounding radius with half the detection distance and the slack, m.
+    radius: f64,
+    /// Square of the slack, m²; infinite for what never moves.
+    slack2: f64,
+    /// Cells of level l are 2ˡ times the smallest.
+    level: u32,
+    /// Where the geom was when the list was made, and its cell.
+    pos: Vec3,
+    cell: [i64; 3],
+    /// Next item in the same bucket.
+    next: u32,
+}
+
+impl Sweep {
+    /// All pairs that may touch now, in contact order.
+    pub fn near(&mut self, model: &Model, xpos: &[Vec3]) -> &Vec<Pair> {
+        let first = self.items.is_empty();
+        if first {
+            self.prepare(model);
+        }
+        // Written so that a position that is not a number counts as moved.
+        let stays = |item: &Item| (xpos[item.geom] - item.pos).norm_squared() <= item.slack2;
+        if first || !self.items.iter().all(stays) {
+            self.rebuild(model, xpos);
+        }
+        &self.near
+    }
+
+    /// Sizes and levels, which do not change.
+    fn prepare(&mut self, model: &Model) {
+        let reach = model.mixes.iter().map(|mix| mix.margin + mix.gap).fold(0.0, f64::max);
+        for &geom in &model.pairs.swept {
+            let rbound = model.geoms[geom].rbound;
+            let moves = model.bodies[model.geoms[geom].body].weld != 0;
+            let slack = if moves { SLACK * rbound } else { 0.0 };
+            self.items.push(Item {
+                geom,
+                radius: rbound + slack + 0.5 * reach,
+                slack2: if moves { slack * slack } else { f64::INFINITY },
+                level: 0,
+                pos: Vec3::zeros(),
+                cell: [0; 3],
+                next: NONE,
+            });
+        }
+        self.items.sort_by(|a, b| b.radius.total_cmp(&a.radius).then(a.geom.cmp(&b.geom)));
+        self.cell = 2.0 * self.items.last().map_or(1.0, |smallest| smallest.radius);
+        for item in &mut self.items {
+            item.level = (2.0 * item.radius / self.cell).log2().ceil().max(0.0) as u32;
+            if self.levels.last() != Some(&item.level) {
+                self.levels.push(item.level);
+            }
+        }
+        self.buckets = vec![NONE; (2 * self.items.len()).next_power_of_two()];
+    }
+
+    fn rebuild(&mut self, model: &Model, xpos: &[Vec3]) {
+        self.buckets.fill(NONE);
+        self.found.clear();
+        // Largest first: each geom looks for those already placed, which are at its own or at coarser levels.
+        for i in 0..self.items.len() {
+            let geom = self.items[i].geom;
+            self.items[i].pos = xpos[geom];
+            for l in 0..self.levels.len() {
+                if self.levels[l] >= self.items[i].level {
+                    self.look_around(model, i, self.levels[l]);
+                }
+            }
+            self.place(i);
+        }
+        merge(model, &mut self.found, &mut self.near);
+    }
+
+    fn cell_at(&self, pos: &Vec3, level: u32) -> [i64; 3] {
+        let edge = self.cell * f64::from(level).exp2();
+        [pos.x, pos.y, pos.z].map(|x| (x / edge).floor() as i64)
+    }
+
+    fn bucket(&self, cell: [i64; 3], level: u32) -> usize {
+        let mut hash = u64::from(level);
+        for c in cell {
+            hash = (hash ^ c as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+            hash ^= hash >> 29;
+        }
+        hash as usize & (self.buckets.len() - 1)
+    }
+
+    fn place(&mut self, i: usize) {
+        let level = self.items[i].level;
+        let cell = self.cell_at(&self.items[i].pos, level);
+        let bucket = self.bucket(cell, level);
+        self.items[i].cell = cell;
+        self.items[i].next = std::mem::replace(&mut self.buckets[bucket], i as u32);
+    }
+
+    /// Collects the near ones of a level's items in the 27 cells around item i.
+    fn look_around(&mut self, model: &Model, i: usize, level: u32) {
+        let center = self.cell_at(&self.items[i].pos, level);
+        for k in 0..27 {
+            let offset = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
+            let cell: [i64; 3] = std::array::from_fn(|c| center[c].wrapping_add(offset[c]));
+            let mut j = self.buckets[self.bucket(cell, level)];
+            while j != NONE {
+                let (item, other) = (&self.items[i], &self.items[j as usize]);
+                j = other.next;
+                let reach = item.radius + other.radius;
+                if other.level == level
+                    && other.cell == cell
+                    && (other.pos - item.pos).norm_squared() <= reach * reach
+                    && let Some(pair) = swept_pair(model, item.geom, other.geom)
+                {
+                    self.found.push(pair);
+                }
+            }
+        }
+    }
+}
+
+/// The pair of two swept geoms, unless they are never to touch.
+fn swept_pair(model: &Model, g1: usize, g2: usize) -> Option<Pair> {
+    let pairs = &model.pairs;
+    if !may_touch(&model.bodies, &model.geoms, g1, g2, model.opt.flags.filterparent, &pairs.excluded) {
+        return None;
+    }
+    let classes = pairs.mix_table.len().isqrt();
+    let mix = pairs.mix_table[pairs.class[g1] as usize * classes + pairs.class[g2] as usize] as usize;
+    let pair = Pair::new(&model.geoms, [g1, g2], mix, &model.mixes[mix])?;
+    let given = pairs
+        .listed
+        .partition_point(|p| order(&model.geoms, p) < order(&model.geoms, &Pair { explicit: true, ..pair }));
+    match pairs.listed.get(given) {
+        Some(p) if p.explicit && p.geom == pair.geom => None,
+        _ => Some(pair),
+    }
+}
+
+/// Sorts what was found and merges it with the listed pairs.
+fn merge(model: &Model, found: &mut [Pair], near: &mut Vec<Pair>) {
+    let key = |pair: &Pair| order(&model.geoms, pair);
+    found.sort_unstable_by_key(key);
+    near.clear();
+    let mut rest = &model.pairs.listed[..];
+    for pair in found {
+        let before = rest.iter().take_while(|listed| key(listed) <= key(pair)).count();
+        near.extend_from_slice(&rest[..before]);
+        rest = &rest[before..];
+        near.push(*pair);
+    }
+    near.extend_from_slice(rest);
+}
+
+/// MuJoCo's contact order: by the two bodies, pairs given by `<contact><pair>` first, then by the geoms, the one of
+/// lower kind first.
+pub fn order(geoms: &[Geom], pair: &Pair) -> (usize, usize, bool, [usize; 2]) {
+    let [a, b] = pair.geom.map(|g| geoms[g].body);
+    (a.min(b), a.max(b), !pair.explicit, pair.geom)
+}
+
+/// MuJoCo's filters for two geoms that no `<contact><pair>` names.
+///
+/// Not on one rigid body (two that never move are one); not on a body and its parent, unless the parent never
+/// moves; not where the bodies exclude each other; and the masks must match:
+///
+///     contype₁ & conaffinity₂  or  contype₂ & conaffinity₁
+///
+/// In:     `excluded`: body pairs (low, high), sorted.
+/// Source: MuJoCo 4.0 manual, Computation › Collision › Selection.
+pub fn may_touch(
+    bodies: &[Body],
+    geoms: &[Geom],
+    g1: usize,
+    g2: usize,
+    filterparent: bool,
+    excluded: &[(usize, usize)],
+) -> bool {
+    let (a, b) = (&geoms[g1], &geoms[g2]);
+    if a.contype & b.conaffinity == 0 && b.contype & a.conaffinity == 0 {
+        return false;
+    }
+    let (w1, w2) = (bodies[a.body].weld, bodies[b.body].weld);
+    if w1 == w2 {
+        return false;
+    }
+    let above = |weld: usize| bodies[bodies[weld].parent].weld;
+    if filterparent && w1 != 0 && w2 != 0 && (above(w1) == w2 || above(w2) == w1) {
+        return false;
+    }
+    excluded.binary_search(&(a.body.min(b.body), a.body.max(b.body))).is_err()
+}

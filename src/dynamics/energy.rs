@@ -1,0 +1,106 @@
+//! Conserved quantities: energy and momentum. Not part of a step.
+
+use super::{inertia, spatial};
+use crate::data::Data;
+use crate::math::Vec3;
+use crate::model::Model;
+use crate::state::State;
+
+/// J
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    pub kinetic: f64,
+    /// Gravity, from the world's origin upwards, and springs.
+    pub potential: f64,
+}
+
+/// Of all that moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Momentum {
+    /// kg m/s
+    pub linear: Vec3,
+    /// About the centre of mass of all that moves, kg m²/s.
+    pub angular: Vec3,
+}
+
+/// Energy of a state.
+///
+///     T = ½ Σ V·I V + ½ Σ armature q̇²,   U = −Σ m g·x_com + ½ Σ k (stretch)²
+///
+/// Brings the kinematics in `data` to the state.
+pub fn energy(model: &Model, state: &State, data: &mut Data) -> Energy {
+    update(model, state, data);
+    let mut energy = Energy::default();
+    for tree in &model.trees {
+        if let Some(free) = &tree.free {
+            let vel = &data.movers[tree.bodies.start].vel;
+            let w = spatial::ang(vel);
+            energy.kinetic +=
+                0.5 * (free.mass * spatial::lin(vel).norm_squared() + w.dot(&free.inertia.component_mul(&w)));
+            continue;
+        }
+        for b in tree.bodies.clone() {
+            energy.kinetic += 0.5 * data.cvel[b].dot(&data.cinert[b].mul(&data.cvel[b]));
+        }
+        for d in tree.dofs.clone() {
+            energy.kinetic += 0.5 * model.dofs[d].armature * state.qvel[d] * state.qvel[d];
+        }
+    }
+    if model.opt.flags.gravity {
+        for (b, body) in model.bodies.iter().enumerate().skip(1) {
+            energy.potential -= body.mass * model.opt.gravity.dot(&super::xipos(model, data, b));
+        }
+    }
+    for &j in &data.plan.springs {
+        let joint = &model.joints[j];
+        let (stretch, n) = super::passive::stretch(model, joint, &state.qpos);
+        energy.potential += 0.5 * joint.stiffness * stretch[..n].iter().map(|s| s * s).sum::<f64>();
+    }
+    energy
+}
+
+/// Momentum of a state. Brings the kinematics in `data` to the state.
+pub fn momentum(model: &Model, state: &State, data: &mut Data) -> Momentum {
+    update(model, state, data);
+    // About the world's origin first.
+    let (mut mass, mut moment) = (0.0, Vec3::zeros());
+    let (mut linear, mut angular) = (Vec3::zeros(), Vec3::zeros());
+    for tree in &model.trees {
+        let root = tree.bodies.start;
+        if let Some(free) = &tree.free {
+            let mover = &data.movers[root];
+            let p = free.mass * spatial::lin(&mover.vel);
+            mass += free.mass;
+            moment += free.mass * mover.com;
+            linear += p;
+            angular += mover.com.cross(&p) + mover.axes * free.inertia.component_mul(&spatial::ang(&mover.vel));
+            continue;
+        }
+        for b in tree.bodies.clone() {
+            let p = data.cinert[b].mul(&data.cvel[b]);
+            mass += model.bodies[b].mass;
+            moment += model.bodies[b].mass * super::xipos(model, data, b);
+            linear += spatial::lin(&p);
+            angular += spatial::ang(&p) + data.xpos[root].cross(&spatial::lin(&p));
+        }
+    }
+    if mass > 0.0 {
+        angular -= (moment / mass).cross(&linear);
+    }
+    Momentum { linear, angular }
+}
+
+/// Poses, inertias and velocities at the state.
+fn update(model: &Model, state: &State, data: &mut Data) {
+    super::kinematics(model, &state.qpos, data);
+    for tree in &model.trees {
+        let root = tree.bodies.start;
+        match &tree.free {
+            Some(free) => super::free::velocity(tree, free, &state.qvel, &data.xmat[root], &mut data.movers[root]),
+            None => {
+                inertia::bodies(model, tree, data);
+                super::bias::velocities(model, tree, &state.qvel, data);
+            }
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Springs and dampers in joints. Source: MuJoCo 4.0 manual, Computation › Passive forces.
+
+use crate::data::Data;
+use crate::math::{Quat, Vec3, quat, vec3};
+use crate::model::{Joint, JointKind, Model};
+
+/// Spring and damper forces.
+///
+///     slide, hinge:  f = −k (q − springref) − d q̇
+///     ball:          f = −k log(q₀⁻¹ q) − d ω           (body axes)
+///     free:          f = −k (p − p₀), then as ball       (p₀, q₀ from qpos0)
+///
+/// Reads: qpos, qvel. Writes: qfrc_passive (nv).
+pub fn passive(model: &Model, qpos: &[f64], qvel: &[f64], data: &mut Data) {
+    let Data { plan, qfrc_passive, .. } = data;
+    if plan.springs.is_empty() && plan.dampers.is_empty() {
+        return;
+    }
+    qfrc_passive.fill(0.0);
+    for &j in &plan.springs {
+        let joint = &model.joints[j];
+        let (stretch, n) = stretch(model, joint, qpos);
+        for i in 0..n {
+            qfrc_passive[joint.dofadr + i] = -joint.stiffness * stretch[i];
+        }
+    }
+    for &d in &plan.dampers {
+        qfrc_passive[d] -= model.dofs[d].damping * qvel[d];
+    }
+}
+
+/// How far a joint's spring is from rest (m, rad), and how many numbers that is.
+pub fn stretch(model: &Model, joint: &Joint, qpos: &[f64]) -> ([f64; 6], usize) {
+    let q = &qpos[joint.qposadr..];
+    let rest = &model.qpos0[joint.qposadr..];
+    match joint.kind {
+        JointKind::Slide | JointKind::Hinge => ([q[0] - joint.springref, 0.0, 0.0, 0.0, 0.0, 0.0], 1),
+        JointKind::Ball => {
+            let r = between(&quat(&rest[..4]), &quat(&q[..4]));
+            ([r.x, r.y, r.z, 0.0, 0.0, 0.0], 3)
+        }
+        JointKind::Free => {
+            let p = vec3(q) - vec3(rest);
+            let r = between(&quat(&rest[3..7]), &quat(&q[3..7]));
+            ([p.x, p.y, p.z, r.x, r.y, r.z], 6)
+        }
+    }
+}
+
+/// The rotation vector from `a` to `b`, shorter than half a turn: log(a⁻¹ b).
+pub fn between(a: &Quat, b: &Quat) -> Vec3 {
+    let d = a.inverse() * b;
+    let v = Vec3::new(d.i, d.j, d.k);
+    let sine = v.norm();
+    if sine < crate::math::MIN_VAL {
+        return Vec3::zeros();
+    }
+    let mut angle = 2.0 * sine.atan2(d.w);
+    if angle > std::f64::consts::PI {
+        angle -= 2.0 * std::f64::consts::PI;
+    }
+    v * (angle / sine)
+}

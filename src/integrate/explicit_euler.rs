@@ -1,0 +1,25 @@
+use super::{Integrator, add_scaled, displace};
+use crate::data::Data;
+use crate::forward::{Method, forward};
+use crate::model::Model;
+use crate::state::State;
+
+pub const METHOD: Integrator = Integrator {
+    name: "explicit-euler",
+    mjcf: &[],
+    order: 1,
+    about: "old velocity moves, old force accelerates: gains energy; only to see why nobody uses it",
+    advance,
+};
+
+/// Explicit Euler.
+///
+///     q ← q ⊕ h v,   v ← v + h a(q, v)
+fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
+    let h = method.timestep;
+    forward(model, method, state, data);
+    state.remember(data);
+    displace(model, &mut state.qpos, &state.qvel, h);
+    add_scaled(&mut state.qvel, h, &data.qacc);
+    state.time += h;
+}

@@ -1,0 +1,168 @@
+use super::{Integrator, add_scaled, displace};
+use crate::data::Data;
+use crate::dynamics::{actuation, inertia};
+use crate::forward::{Method, forward};
+use crate::math::{Mat3, Mat6, Vec3, Vec6, cross, vec3};
+use crate::model::{FreeBody, JointKind, Model, Tree};
+use crate::state::State;
+
+pub const METHOD: Integrator = Integrator {
+    name: "implicitfast",
+    mjcf: &["implicitfast", "implicit"],
+    order: 1,
+    about: "semi-implicit Euler, with dampers, actuators and the gyroscopic force of free bodies implicit",
+    advance,
+};
+
+/// Why the MJCF keyword `implicit` cannot be honoured for a model, if it cannot.
+///
+/// It differs from `implicitfast` in that trees with several joints get the derivative of their Coriolis and
+/// centripetal forces too; those of one hinge, of slides, and of a free body agree.
+pub fn unsupported(model: &Model, keyword: &str) -> Option<&'static str> {
+    let same = |t: &Tree| t.free.is_some() || !t.rotates || t.dofs.len() == 1 || lone_free(model, t);
+    (keyword == "implicit" && !model.trees.iter().all(same)).then_some(
+        "integrator `implicit` is supported only for free bodies and single joints; `implicitfast` works for all",
+    )
+}
+
+/// Implicit in velocity.
+///
+///     M̂ dv = h M qacc,   M̂ = M + h D,   D = −∂(forces)/∂v,   v ← v + dv,   q ← q ⊕ h v
+///
+/// D holds joint dampers and actuators, and for a body on a free joint the derivative of its bias force.
+/// Source: MuJoCo 4.0 manual, Computation › Numerical integration › Integrators, Gyroscopic derivatives.
+fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
+    let h = method.timestep;
+    forward(model, method, state, data);
+    state.remember(data);
+    data.stages.acc.copy_from_slice(&data.qacc);
+    for (t, tree) in model.trees.iter().enumerate() {
+        match &tree.free {
+            Some(free) => gyroscopic(tree, free, &state.qvel, h, data),
+            None if lone_free(model, tree) => free_joint(model, t, &state.qvel, h, data),
+            None if data.plan.implicit[t] => articulated(model, t, h, data),
+            None => {}
+        }
+    }
+    add_scaled(&mut state.qvel, h, &data.stages.acc);
+    displace(model, &mut state.qpos, &state.qvel, h);
+    state.time += h;
+}
+
+/// Implicit acceleration of a free body, from its ordinary one.
+///
+///     (I + h ([ω] I − [I ω])) α̂ = I α                               principal axes
+///     â = a + R ((α − α̂) × c + h ((ω × c) × α̂ + ω × (c × α̂)))       c: centre of mass in the body's frame
+///
+/// which is M̂⁻¹ M qacc with the 6 × 6 matrix of the free joint eliminated by hand.
+/// Reads: qacc. Writes: acc of the stages.
+fn gyroscopic(tree: &Tree, free: &FreeBody, qvel: &[f64], h: f64, data: &mut Data) {
+    let dofs = tree.dofs.clone();
+    let w = vec3(&qvel[dofs.start + 3..dofs.end]);
+    let wp = free.axes.tr_mul(&w);
+    let alpha = vec3(&data.qacc[dofs.start + 3..dofs.end]);
+    let matrix = gyro_matrix(&free.inertia, &wp, h);
+    let rhs = free.inertia.component_mul(&free.axes.tr_mul(&alpha));
+    let implicit = free.axes * solve3(&matrix, &rhs);
+    let c = &free.com;
+    let shift = (alpha - implicit).cross(c) + h * (w.cross(c).cross(&implicit) + w.cross(&c.cross(&implicit)));
+    let shift = data.xmat[tree.bodies.start] * shift;
+    for i in 0..3 {
+        data.stages.acc[dofs.start + i] += shift[i];
+        data.stages.acc[dofs.start + 3 + i] = implicit[i];
+    }
+}
+
+/// I + h ([ω] I − [I ω]) for a diagonal I.
+fn gyro_matrix(inertia: &Vec3, w: &Vec3, h: f64) -> Mat3 {
+    let i = Mat3::from_diagonal(inertia);
+    i + h * (cross(w) * i - cross(&inertia.component_mul(w)))
+}
+
+/// A⁻¹ b by Cramer's rule.
+fn solve3(a: &Mat3, b: &Vec3) -> Vec3 {
+    let (c0, c1, c2) = (a.column(0), a.column(1), a.column(2));
+    let c12 = c1.cross(&c2);
+    let det = c0.dot(&c12);
+    Vec3::new(b.dot(&c12), c0.dot(&b.cross(&c2)), c0.dot(&c1.cross(b))) / det
+}
+
+/// Whether all that moves in the tree is one body on a free joint.
+fn lone_free(model: &Model, tree: &Tree) -> bool {
+    tree.dofs.len() == 6 && model.joints[model.dofs[tree.dofs.start].joint].kind == JointKind::Free
+}
+
+/// Implicit acceleration of a tree, by its inertia matrix.
+fn articulated(model: &Model, t: usize, h: f64, data: &mut Data) {
+    let dofs = model.trees[t].dofs.clone();
+    let adr = data.m_adr[t];
+    implicit_matrix(model, t, h, data);
+    let Data { plan, stages, qfrc_smooth, qfrc_constraint, .. } = data;
+    let qh = &mut stages.qh[adr..adr + dofs.len() * dofs.len()];
+    let acc = &mut stages.acc[dofs.clone()];
+    for (i, d) in dofs.clone().enumerate() {
+        acc[i] = qfrc_smooth[d] + qfrc_constraint[d];
+    }
+    inertia::factor(qh, dofs.len(), dofs.start, &plan.dof_parent);
+    inertia::solve(qh, dofs.len(), dofs.start, &plan.dof_parent, acc);
+}
+
+/// M + h D of a tree, D from joint dampers and from actuators whose force depends on velocity.
+///
+///     D = Σ damping_j e_j e_jᵀ − Σ (∂force/∂velocity) gear gearᵀ
+///
+/// Writes: qh of the stages.
+fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
+    let dofs = model.trees[t].dofs.clone();
+    let (n, adr) = (dofs.len(), data.m_adr[t]);
+    let Data { qm, plan, stages, actuator_force, .. } = data;
+    let qh = &mut stages.qh[adr..adr + n * n];
+    qh.copy_from_slice(&qm[adr..adr + n * n]);
+    for &d in plan.dampers.iter().filter(|d| dofs.contains(d)) {
+        qh[(d - dofs.start) * (n + 1)] += h * model.dofs[d].damping;
+    }
+    if !model.opt.flags.actuation {
+        return;
+    }
+    for (actuator, &force) in model.actuators.iter().zip(actuator_force.iter()) {
+        let first = model.joints[actuator.joint].dofadr;
+        if dofs.contains(&first) {
+            let gear = actuation::gear(model, actuator);
+            let gain = actuation::velocity_gain(actuator, force);
+            for (i, a) in gear.iter().enumerate() {
+                for (j, b) in gear.iter().enumerate() {
+                    qh[(first - dofs.start + i) * n + first - dofs.start + j] -= h * gain * a * b;
+                }
+            }
+        }
+    }
+}
+
+/// Implicit acceleration of a body on a free joint that has armature, a spring, a damper or an actuator.
+///
+/// With m, h = m R c and I₀ about the body's origin in its own axes, c₀ = h in them:
+///
+///     bias = [m R (ω × (ω × c)), ω × I₀ ω]
+///     ∂bias/∂ω = [−R ([ω × c₀] + [ω] [c₀]), [ω] I₀ − [I₀ ω]]
+fn free_joint(model: &Model, t: usize, qvel: &[f64], h: f64, data: &mut Data) {
+    let tree = &model.trees[t];
+    let (first, root, adr) = (tree.dofs.start, tree.bodies.start, data.m_adr[t]);
+    implicit_matrix(model, t, h, data);
+    let w = vec3(&qvel[first + 3..first + 6]);
+    let rot = data.xmat[root];
+    let whole = data.crb[root];
+    let (moment, inertia) = (rot.tr_mul(&whole.moment), rot.tr_mul(&whole.about) * rot);
+    let linear = -rot * (cross(&w.cross(&moment)) + cross(&w) * cross(&moment));
+    let angular = cross(&w) * inertia - cross(&(inertia * w));
+    let mut matrix = Mat6::from_row_slice(&data.stages.qh[adr..adr + 36]);
+    for i in 0..3 {
+        for j in 0..3 {
+            matrix[(i, 3 + j)] += h * linear[(i, j)];
+            matrix[(3 + i, 3 + j)] += h * angular[(i, j)];
+        }
+    }
+    let force = Vec6::from_fn(|i, _| data.qfrc_smooth[first + i] + data.qfrc_constraint[first + i]);
+    if let Some(acc) = matrix.lu().solve(&force) {
+        data.stages.acc[first..first + 6].copy_from_slice(acc.as_slice());
+    }
+}

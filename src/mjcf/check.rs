@@ -1,0 +1,349 @@
+//! Document against schema: every name, count, keyword and number, each problem at its place.
+
+use std::collections::BTreeMap;
+
+use super::defaults::MAIN;
+use super::document::{Attribute, Document, NodeId, Span};
+use super::error::{Problem, ProblemKind};
+use super::schema::{self, Element, Kind, Rule, Status};
+use super::suggest::nearest;
+
+/// Finds whatever is wrong with the names and values of a document.
+///
+/// `whole`: the XML was intact, so that what is missing from the document is missing from the file.
+pub fn check(document: &Document, whole: bool) -> Vec<Problem> {
+    let Some(root) = document.root() else {
+        return Vec::new();
+    };
+    let mut check = Check { document, whole, problems: Vec::new(), names: BTreeMap::new(), references: Vec::new() };
+    check.names.insert((CLASS, MAIN.to_string()), Span::default());
+    let name = &document.node(root).name;
+    if name != "mujoco" {
+        let problem = Problem::new(ProblemKind::NotMjcf { found: name.clone() }, document.span(root));
+        return vec![problem.suggest(nearest(name, ["mujoco"]))];
+    }
+    if let Some(row) = schema::SCHEMA.first() {
+        check.element(root, row, "");
+    }
+    if whole {
+        check.all_references();
+    }
+    check.problems
+}
+
+/// Default classes are names too.
+const CLASS: &str = "default class";
+
+struct Check<'a> {
+    document: &'a Document,
+    whole: bool,
+    problems: Vec<Problem>,
+    /// What is defined: (what, name) and where.
+    names: BTreeMap<(&'static str, String), Span>,
+    /// What is referred to: (what, name, where).
+    references: Vec<(&'static str, String, Span)>,
+}
+
+impl Check<'_> {
+    fn report(&mut self, kind: ProblemKind, span: Span) {
+        self.problems.push(Problem::new(kind, span));
+    }
+
+    fn element(&mut self, node: NodeId, row: &'static Element, parent: &str) {
+        let element = self.document.node(node);
+        match row.status {
+            Status::Ignored(lost) => {
+                self.report(ProblemKind::Ignored { name: element.name.clone(), lost: lost.into() }, element.span);
+            }
+            Status::Unsupported(lost, cure) => {
+                let kind = ProblemKind::Unsupported { name: element.name.clone(), lost: lost.into() };
+                self.problems.push(Problem::new(kind, element.span).help(cure));
+                return self.names_inside(node);
+            }
+            Status::Supported | Status::Silent => {}
+        }
+        let in_default = parent == "default" && element.name != "default";
+        for attribute in &element.attributes {
+            self.attribute(attribute, &element.name, row, in_default);
+        }
+        if element.name == "default" {
+            self.class(node, parent);
+        }
+        if !in_default && self.whole {
+            self.required(node, row);
+            self.implied_name(node);
+        }
+        self.children(node, row);
+    }
+
+    fn children(&mut self, node: NodeId, row: &'static Element) {
+        let parent = &self.document.node(node).name;
+        let mut once: BTreeMap<&str, Span> = BTreeMap::new();
+        for &child in &self.document.node(node).children {
+            let element = self.document.node(child);
+            let Some(child_row) = schema::find(parent, &element.name) else {
+                if row.silent != "*" {
+                    self.unknown_element(parent, child);
+                }
+                continue;
+            };
+            // A class may hold each element once, but the top-level class may be written in several places.
+            let unique = child_row.once || (parent == "default" && element.name != "default");
+            if unique && let Some(first) = once.insert(&element.name, element.span) {
+                let kind = ProblemKind::RepeatedElement { parent: parent.clone(), element: element.name.clone() };
+                self.problems.push(Problem::new(kind, element.span).related(first, "first one here"));
+            }
+            self.element(child, child_row, parent);
+        }
+    }
+
+    fn unknown_element(&mut self, parent: &str, node: NodeId) {
+        let name = self.document.node(node).name.clone();
+        let homes = schema::homes(&name);
+        let near = nearest(&name, schema::children(parent));
+        let (parent, element) = (parent.to_string(), name);
+        let problem = if near.is_none() && !homes.is_empty() {
+            let homes: Vec<_> = homes.iter().map(|h| format!("`{h}`")).collect();
+            Problem::new(ProblemKind::MisplacedElement { parent, element }, self.document.span(node))
+                .help(format!("it belongs in {}", homes.join(", ")))
+        } else {
+            Problem::new(ProblemKind::UnknownElement { parent, element }, self.document.span(node)).suggest(near)
+        };
+        self.problems.push(problem);
+    }
+
+    fn attribute(&mut self, attribute: &Attribute, element: &str, row: &'static Element, in_default: bool) {
+        let (element, name) = (element.to_string(), attribute.name.clone());
+        let Some(column) = row.attribute(&attribute.name) else {
+            if !row.is_silent(&attribute.name) {
+                let near = nearest(&name, row.attribute_names());
+                let kind = ProblemKind::UnknownAttribute { element, attribute: name };
+                self.problems.push(Problem::new(kind, attribute.name_span).suggest(near));
+            }
+            return;
+        };
+        if in_default && !column.in_default {
+            return self.report(ProblemKind::NotInDefault { element, attribute: name }, attribute.name_span);
+        }
+        match column.kind {
+            Kind::Name(_) if attribute.value.is_empty() => {}
+            Kind::Name(what) => self.define(what, &attribute.value, attribute.value_span),
+            Kind::Reference(_) if matches!(column.status, Status::Unsupported(..)) => {}
+            Kind::Class => self.references.push((CLASS, attribute.value.clone(), attribute.value_span)),
+            Kind::Reference(what) => self.references.push((what, attribute.value.clone(), attribute.value_span)),
+            Kind::Text => {}
+            Kind::Keyword(words) => self.keyword(attribute, words),
+            Kind::Numbers(min, max) => self.numbers(attribute, column, min, max),
+            Kind::Integers(min, max) => self.integers(attribute, column, min, max),
+        }
+        self.status(attribute, column);
+    }
+
+    /// An attribute that Penny does not honour matters only where it differs from the default.
+    fn status(&mut self, attribute: &Attribute, column: &schema::Attribute) {
+        let same = match column.kind {
+            Kind::Numbers(..) | Kind::Integers(..) => {
+                let default = floats(column.default);
+                floats(&attribute.value).is_some_and(|v| default.is_some_and(|d| !d.is_empty() && d.starts_with(&v)))
+            }
+            _ => attribute.value == column.default,
+        };
+        if same {
+            return;
+        }
+        let name = attribute.name.clone();
+        match column.status {
+            Status::Ignored(lost) => {
+                self.report(ProblemKind::Ignored { name, lost: lost.into() }, attribute.name_span);
+            }
+            Status::Unsupported(lost, cure) => {
+                let kind = ProblemKind::Unsupported { name, lost: lost.into() };
+                self.problems.push(Problem::new(kind, attribute.name_span).help(cure));
+            }
+            Status::Supported | Status::Silent => {}
+        }
+    }
+
+    /// The class that a `<default>` opens.
+    fn class(&mut self, node: NodeId, parent: &str) {
+        let class = self.document.attribute(node, "class").filter(|a| !a.value.is_empty());
+        match (class, parent) {
+            (Some(class), "mujoco") if class.value != MAIN => {
+                let kind = ProblemKind::MainRenamed { name: class.value.clone() };
+                self.problems.push(
+                    Problem::new(kind, class.value_span).help("put the class into a `<default>` inside this one"),
+                );
+                // Whoever uses the class is not to blame.
+                self.names.entry((CLASS, class.value.clone())).or_insert(class.value_span);
+            }
+            (Some(_), "mujoco") | (None, "mujoco") => {}
+            (Some(class), _) if class.value == MAIN => {
+                let kind = ProblemKind::DuplicateName { what: CLASS.into(), name: class.value.clone() };
+                self.problems.push(Problem::new(kind, class.value_span).help("`main` is the outermost class"));
+            }
+            (Some(class), _) => self.define(CLASS, &class.value, class.value_span),
+            (None, _) => {
+                let kind = ProblemKind::MissingAttribute { element: "default".into(), attribute: "class".into() };
+                self.report(kind, self.document.span(node));
+            }
+        }
+    }
+
+    /// Names inside what is not supported still count as defined.
+    fn names_inside(&mut self, node: NodeId) {
+        let document = self.document;
+        for &child in &document.node(node).children {
+            let row = schema::SCHEMA.iter().find(|row| row.is(&document.node(child).name));
+            let what = row.and_then(|row| row.attribute("name")).map(|column| column.kind);
+            if let (Some(Kind::Name(what)), Some(name)) = (what, document.attribute(child, "name")) {
+                self.names.entry((what, name.value.clone())).or_insert(name.value_span);
+            }
+            self.names_inside(child);
+        }
+    }
+
+    fn define(&mut self, what: &'static str, name: &str, span: Span) {
+        if what == "body" && name == "world" {
+            let kind = ProblemKind::DuplicateName { what: what.into(), name: name.into() };
+            self.problems.push(Problem::new(kind, span).help("`world` is the name of `worldbody`"));
+        } else if let Some(&first) = self.names.get(&(what, name.to_string())) {
+            let kind = ProblemKind::DuplicateName { what: what.into(), name: name.into() };
+            self.problems.push(Problem::new(kind, span).related(first, "first named here"));
+        } else {
+            self.names.insert((what, name.to_string()), span);
+        }
+    }
+
+    /// Assets without a name are called after their file.
+    fn implied_name(&mut self, node: NodeId) {
+        let what = match self.document.node(node).name.as_str() {
+            "mesh" => "mesh",
+            "hfield" => "height field",
+            "texture" => "texture",
+            _ => return,
+        };
+        if self.document.attribute(node, "name").is_none()
+            && let Some(file) = self.document.attribute(node, "file")
+            && let Some(stem) = std::path::Path::new(&file.value).file_stem()
+        {
+            self.names.entry((what, stem.to_string_lossy().into_owned())).or_insert(file.value_span);
+        }
+    }
+
+    fn required(&mut self, node: NodeId, row: &'static Element) {
+        for column in row.typed_attributes().filter(|c| c.required) {
+            if self.document.attribute(node, column.name).is_none() {
+                let element = self.document.node(node);
+                let kind =
+                    ProblemKind::MissingAttribute { element: element.name.clone(), attribute: column.name.into() };
+                self.report(kind, element.span);
+            }
+        }
+    }
+
+    fn all_references(&mut self) {
+        for (what, name, span) in std::mem::take(&mut self.references) {
+            if (what == "body" && name == "world") || self.names.contains_key(&(what, name.clone())) {
+                continue;
+            }
+            let known = self.names.keys().filter(|(w, _)| *w == what).map(|(_, n)| n.as_str());
+            let near = nearest(&name, known).map(str::to_string);
+            let kind = match what {
+                CLASS => ProblemKind::UnknownClass { name },
+                _ => ProblemKind::UnknownReference { what: what.into(), name },
+            };
+            self.problems.push(Problem::new(kind, span).suggest(near.as_deref()));
+        }
+    }
+
+    fn keyword(&mut self, attribute: &Attribute, words: &[&'static str]) {
+        if words.contains(&attribute.value.as_str()) {
+            return;
+        }
+        let kind = ProblemKind::UnknownKeyword { attribute: attribute.name.clone(), value: attribute.value.clone() };
+        let problem = Problem::new(kind, attribute.value_span);
+        self.problems.push(match nearest(&attribute.value, words.iter().copied()) {
+            Some(near) => problem.suggest(Some(near)),
+            None => problem.help(format!("it can be {}", or(words.iter().map(|w| format!("`{w}`"))))),
+        });
+    }
+
+    fn numbers(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize) {
+        for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
+            let span = self.document.word_span(attribute, i);
+            match word.parse::<f64>() {
+                Err(_) => self.report(ProblemKind::NotANumber { word: word.into() }, span),
+                Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => {
+                    self.report(ProblemKind::NumberTooLarge { word: word.into() }, span);
+                }
+                Ok(value) => self.rule(&attribute.name, column.rule, value, word, span),
+            }
+        }
+        self.count(attribute, min, max, "number");
+    }
+
+    fn integers(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize) {
+        for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
+            let span = self.document.word_span(attribute, i);
+            match word.parse::<i64>() {
+                Err(_) if word.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit()) && word.len() > 9 => {
+                    self.report(ProblemKind::NumberTooLarge { word: word.into() }, span);
+                }
+                Err(_) => self.report(ProblemKind::NotAnInteger { word: word.into() }, span),
+                Ok(value) if i32::try_from(value).is_err() => {
+                    self.report(ProblemKind::NumberTooLarge { word: word.into() }, span);
+                }
+                Ok(value) => self.rule(&attribute.name, column.rule, value as f64, word, span),
+            }
+        }
+        self.count(attribute, min, max, "whole number");
+    }
+
+    fn rule(&mut self, attribute: &str, rule: Rule, value: f64, word: &str, span: Span) {
+        let (attribute, word) = (attribute.to_string(), word.to_string());
+        let rule = match rule {
+            Rule::MayBeInfinite if !value.is_nan() => return,
+            _ if !value.is_finite() => return self.report(ProblemKind::NotFinite { attribute, word }, span),
+            Rule::Positive if value <= 0.0 => "positive".to_string(),
+            Rule::NotNegative if value < 0.0 => "zero or positive".to_string(),
+            Rule::OneOf(list) if !list.iter().any(|&n| f64::from(n) == value) => or(list.iter().map(i32::to_string)),
+            _ => return,
+        };
+        self.report(ProblemKind::OutOfRange { attribute, rule, word }, span);
+    }
+
+    fn count(&mut self, attribute: &Attribute, min: usize, max: usize, what: &str) {
+        let found = attribute.value.split_ascii_whitespace().count();
+        if (min..=max).contains(&found) {
+            return;
+        }
+        let plural = |n: usize| if n == 1 { format!("{n} {what}") } else { format!("{n} {what}s") };
+        let expected = match (min, max) {
+            (1, usize::MAX) => format!("at least 1 {what}"),
+            _ if min == max => plural(max),
+            _ => format!("{min} to {}", plural(max)),
+        };
+        let found_words = if found == 1 { "1 is".to_string() } else { format!("{found} are") };
+        // Too many: point at the first that is too many.
+        let mut span = attribute.value_span;
+        if found > max {
+            span.start = self.document.word_span(attribute, max).start;
+        }
+        let kind = ProblemKind::WrongCount { attribute: attribute.name.clone(), expected, found: found_words };
+        self.report(kind, span);
+    }
+}
+
+/// "a, b or c"
+fn or(words: impl Iterator<Item = String>) -> String {
+    let words: Vec<String> = words.collect();
+    match words.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        _ => words.concat(),
+    }
+}
+
+/// All words as numbers, if they all are.
+pub fn floats(text: &str) -> Option<Vec<f64>> {
+    text.split_ascii_whitespace().map(|word| word.parse().ok()).collect()
+}

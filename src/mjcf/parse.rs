@@ -1,0 +1,379 @@
+//! XML text to [`Document`]: quick-xml's events, made into a tree that keeps every place; includes spliced in.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use quick_xml::Reader;
+use quick_xml::escape::{EscapeError, unescape};
+use quick_xml::events::attributes::AttrError;
+use quick_xml::events::{BytesStart, Event};
+
+use super::document::{Attribute, Document, Node, NodeId, Span};
+use super::error::{Problem, ProblemKind};
+use super::source::Source;
+use super::suggest::nearest;
+
+/// Deeper nesting is no scene, and would only exhaust the stack of whoever walks the tree.
+const MAX_DEPTH: usize = 200;
+/// Places are 32-bit.
+const MAX_BYTES: u64 = 1 << 30;
+
+/// Reads a file and what it includes.
+pub fn load(path: &Path) -> (Document, Vec<Problem>) {
+    let name = path.display().to_string();
+    match read_text(path, &name) {
+        Ok(text) => parse(&name, &text),
+        Err((kind, valid)) => {
+            let end = valid.len();
+            let document = Document { files: vec![Source { name, text: valid }], nodes: Vec::new() };
+            (document, vec![Problem::new(kind, Span::new(0, end, end))])
+        }
+    }
+}
+
+/// Reads text as if it were the file `name`; includes are looked for beside it.
+pub fn parse(name: &str, text: &str) -> (Document, Vec<Problem>) {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut parser = Parser {
+        document: Document::default(),
+        problems: Vec::new(),
+        folder: Path::new(name).parent().unwrap_or(Path::new("")).to_path_buf(),
+        open: vec![canonical(Path::new(name))],
+        seen: BTreeSet::from([canonical(Path::new(name))]),
+    };
+    parser.file(Source { name: name.to_string(), text: text.to_string() }, None);
+    if parser.document.nodes.is_empty() && parser.problems.is_empty() {
+        parser.problems.push(Problem::new(ProblemKind::EmptyFile, Span::default()));
+    }
+    (parser.document, parser.problems)
+}
+
+/// The file's text, or what is wrong with it and the part that could be read.
+fn read_text(path: &Path, name: &str) -> Result<String, (ProblemKind, String)> {
+    let file = name.to_string();
+    if path.is_dir() {
+        return Err((ProblemKind::IsFolder { file }, String::new()));
+    }
+    if path.metadata().is_ok_and(|m| m.len() > MAX_BYTES) {
+        return Err((ProblemKind::TooLarge { file }, String::new()));
+    }
+    let bytes = std::fs::read(path).map_err(|error| {
+        let why = match error.kind() {
+            std::io::ErrorKind::NotFound => "there is no such file".to_string(),
+            std::io::ErrorKind::PermissionDenied => "permission denied".to_string(),
+            _ => error.to_string(),
+        };
+        (ProblemKind::CannotRead { file: file.clone(), why }, String::new())
+    })?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        (ProblemKind::NotUtf8 { file }, String::from_utf8_lossy(&error.as_bytes()[..valid]).into_owned())
+    })?;
+    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+fn canonical(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
+struct Parser {
+    document: Document,
+    problems: Vec<Problem>,
+    /// Where included files are looked for: the main file's folder.
+    folder: PathBuf,
+    /// The files being read, main file first.
+    open: Vec<PathBuf>,
+    seen: BTreeSet<PathBuf>,
+}
+
+/// An element whose end tag has not come yet.
+struct Open {
+    name: String,
+    span: Span,
+    /// Where its children go: itself, or for the outermost element of an included file the include's parent.
+    node: NodeId,
+}
+
+/// One file while it is read.
+struct File<'a> {
+    number: u32,
+    text: &'a str,
+    stack: Vec<Open>,
+    /// Where the children of the outermost element go if this is an included file.
+    into: Option<NodeId>,
+    roots: usize,
+}
+
+impl File<'_> {
+    /// The place of a slice of the text.
+    fn span(&self, part: &str) -> Span {
+        let start = part.as_ptr() as usize - self.text.as_ptr() as usize;
+        Span::new(self.number, start, start + part.len())
+    }
+}
+
+impl Parser {
+    fn report(&mut self, kind: ProblemKind, span: Span) {
+        self.problems.push(Problem::new(kind, span));
+    }
+
+    fn file(&mut self, source: Source, into: Option<NodeId>) {
+        let number = self.document.files.len() as u32;
+        let text = source.text.clone();
+        self.document.files.push(source);
+        let mut file = File { number, text: &text, stack: Vec::new(), into, roots: 0 };
+        let mut reader = Reader::from_str(&text);
+        // End tags are matched here, where both places are known.
+        reader.config_mut().check_end_names = false;
+        reader.config_mut().allow_unmatched_ends = true;
+        loop {
+            let start = reader.buffer_position() as usize;
+            let event = reader.read_event();
+            let span = Span::new(number, start, reader.buffer_position() as usize);
+            match event {
+                Ok(Event::Eof) => break,
+                Ok(Event::Start(tag)) => self.start(&mut file, &tag, true),
+                Ok(Event::Empty(tag)) => self.start(&mut file, &tag, false),
+                Ok(Event::End(tag)) => self.end(&mut file, tag.name().as_ref(), span),
+                Ok(Event::Text(part)) => self.text(&file, &part, start),
+                Ok(Event::CData(_) | Event::GeneralRef(_)) => self.stray(&file, span),
+                Ok(Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_)) => {}
+                Err(error) => {
+                    let at = (reader.error_position() as usize).min(text.len());
+                    let what = sentence(&error);
+                    self.report(ProblemKind::BrokenXml { what }, Span::new(number, at, (at + 1).min(text.len())));
+                    return;
+                }
+            }
+        }
+        if let Some(open) = file.stack.last() {
+            let eof = Span::new(number, text.trim_end().len(), text.trim_end().len());
+            self.problems.push(
+                Problem::new(ProblemKind::UnclosedElement { element: open.name.clone() }, open.span)
+                    .help(format!("`</{}>` is missing before the end of the file", open.name))
+                    .related(eof, "the file ends here"),
+            );
+        }
+    }
+
+    fn start(&mut self, file: &mut File, tag: &BytesStart, has_content: bool) {
+        let content: &str = tag;
+        let name = tag.name();
+        let name: &str = name.as_ref();
+        let mut span = file.span(&content[..name.len()]);
+        span.start = span.start.saturating_sub(1);
+        if file.stack.is_empty() {
+            file.roots += 1;
+            if file.roots > 1 {
+                self.report(ProblemKind::SecondRoot { element: name.to_string() }, span);
+            }
+        }
+        if file.stack.len() == MAX_DEPTH {
+            self.report(ProblemKind::TooDeep { limit: MAX_DEPTH }, span);
+        }
+        let attributes = self.attributes(file, tag);
+        let parent = file.stack.last().map(|open| open.node).or(file.into);
+        let node = match (file.stack.is_empty(), file.into) {
+            (true, Some(into)) => into,
+            _ if name == "include" && parent.is_some() => {
+                let include = Node { name: name.to_string(), span, attributes, children: Vec::new() };
+                let parent = parent.unwrap_or_default();
+                self.include(&include, parent);
+                parent
+            }
+            // A second root or what is nested too deeply was reported; its children hang where they do no harm.
+            (true, None) if file.roots > 1 => NodeId(0),
+            _ if file.stack.len() >= MAX_DEPTH => parent.unwrap_or_default(),
+            _ => self.push(Node { name: name.to_string(), span, attributes, children: Vec::new() }, parent),
+        };
+        if has_content {
+            file.stack.push(Open { name: name.to_string(), span, node });
+        }
+    }
+
+    fn push(&mut self, node: Node, parent: Option<NodeId>) -> NodeId {
+        let id = NodeId(self.document.nodes.len() as u32);
+        self.document.nodes.push(node);
+        if let Some(parent) = parent {
+            self.document.nodes[parent.0 as usize].children.push(id);
+        }
+        id
+    }
+
+    fn attributes(&mut self, file: &File, tag: &BytesStart) -> Vec<Attribute> {
+        let content: &str = tag;
+        let base = file.span(content).start as usize;
+        let mut out: Vec<Attribute> = Vec::new();
+        for attribute in tag.attributes() {
+            match attribute {
+                Ok(attribute) => {
+                    // quick-xml lends slices of the tag, so their place is a difference of addresses.
+                    let key: &str = attribute.key.as_ref();
+                    let key_at = base + key.as_ptr() as usize - content.as_ptr() as usize;
+                    let raw: &str = &attribute.value;
+                    let raw_at = base + raw.as_ptr() as usize - content.as_ptr() as usize;
+                    let value_span = Span::new(file.number, raw_at, raw_at + raw.len());
+                    out.push(Attribute {
+                        name: key.to_string(),
+                        name_span: Span::new(file.number, key_at, key_at + key.len()),
+                        value: self.unescape(raw, value_span),
+                        value_span,
+                    });
+                }
+                Err(error) => self.bad_attribute(file, content, base, &error),
+            }
+        }
+        out
+    }
+
+    fn unescape(&mut self, raw: &str, span: Span) -> String {
+        match unescape(raw) {
+            Ok(value) => value.into_owned(),
+            Err(error) => {
+                let (what, range) = match &error {
+                    EscapeError::UnrecognizedEntity(range, name) => {
+                        (format!("XML has no entity `&{name};`"), range.clone())
+                    }
+                    EscapeError::UnterminatedEntity(range) => {
+                        ("`&` begins an entity that no `;` ends".to_string(), range.start..range.start + 1)
+                    }
+                    _ => ("this is not a character reference".to_string(), 0..raw.len()),
+                };
+                let start = span.start as usize;
+                self.problems.push(
+                    Problem::new(
+                        ProblemKind::BadEntity { what },
+                        Span::new(span.file, start + range.start, start + range.end),
+                    )
+                    .help("write `&amp;` for a plain `&`"),
+                );
+                raw.to_string()
+            }
+        }
+    }
+
+    fn bad_attribute(&mut self, file: &File, content: &str, base: usize, error: &AttrError) {
+        let at = |position: usize, len: usize| {
+            let start = position.min(content.len());
+            Span::new(file.number, base + start, base + (start + len).min(content.len()))
+        };
+        let name_at = |position: usize| {
+            let rest = content.get(position..).unwrap_or("");
+            rest.find(|c: char| c == '=' || c.is_whitespace()).unwrap_or(rest.len())
+        };
+        let (what, span) = match *error {
+            AttrError::ExpectedEq(position) => {
+                ("an attribute needs `=` and a value in quotes".to_string(), at(position, 1))
+            }
+            AttrError::ExpectedValue(position) => ("an attribute needs a value in quotes".to_string(), at(position, 1)),
+            AttrError::UnquotedValue(position) => {
+                let len =
+                    content.get(position..).map_or(1, |rest| rest.find([' ', '\n', '\t', '/']).unwrap_or(rest.len()));
+                ("the value of an attribute must be in quotes".to_string(), at(position, len))
+            }
+            AttrError::ExpectedQuote(position, quote) => {
+                (format!("the value of an attribute is not closed by {}", quote as char), at(position, 1))
+            }
+            AttrError::Duplicated(position, first) => {
+                let len = name_at(position);
+                let attribute = content.get(position..position + len).unwrap_or("").to_string();
+                self.problems.push(
+                    Problem::new(ProblemKind::DuplicateAttribute { attribute }, at(position, len))
+                        .related(at(first, name_at(first)), "first given here"),
+                );
+                return;
+            }
+        };
+        self.report(ProblemKind::BrokenXml { what }, span);
+    }
+
+    fn end(&mut self, file: &mut File, name: &str, span: Span) {
+        let Some(depth) = file.stack.iter().rposition(|open| open.name == name) else {
+            let expected = file.stack.last().map(|open| open.name.clone());
+            let close = expected.as_deref().filter(|e| nearest(name, [*e]).is_some()).map(|e| format!("/{e}"));
+            if close.is_some() {
+                file.stack.pop();
+            }
+            self.problems.push(
+                Problem::new(ProblemKind::UnmatchedEnd { element: name.to_string() }, span)
+                    .suggest(close.map(|c| format!("<{c}>")).as_deref()),
+            );
+            return;
+        };
+        for open in file.stack.drain(depth + 1..) {
+            self.problems.push(
+                Problem::new(ProblemKind::UnclosedElement { element: open.name.clone() }, open.span)
+                    .help(format!("`</{}>` or `/>` is missing", open.name))
+                    .related(span, format!("`</{name}>` comes first")),
+            );
+        }
+        file.stack.pop();
+    }
+
+    fn text(&mut self, file: &File, part: &str, start: usize) {
+        let trimmed = part.trim();
+        if !trimmed.is_empty() {
+            let from = start + part.len() - part.trim_start().len();
+            self.stray(file, Span::new(file.number, from, from + trimmed.len()));
+        }
+    }
+
+    fn stray(&mut self, file: &File, span: Span) {
+        let kind = if file.stack.is_empty() { ProblemKind::TextOutside } else { ProblemKind::StrayText };
+        self.report(kind, span);
+    }
+
+    /// Reads another file and puts the children of its outermost element in the include's place.
+    fn include(&mut self, include: &Node, parent: NodeId) {
+        let Some(attribute) = include.attributes.iter().find(|a| a.name == "file") else {
+            let kind = ProblemKind::MissingAttribute { element: "include".into(), attribute: "file".into() };
+            return self.report(kind, include.span);
+        };
+        for other in include.attributes.iter().filter(|a| a.name != "file") {
+            let kind = ProblemKind::UnknownAttribute { element: "include".into(), attribute: other.name.clone() };
+            self.report(kind, other.name_span);
+        }
+        let path = self.folder.join(&attribute.value);
+        let name = path.display().to_string();
+        let file = attribute.value.clone();
+        let place = attribute.value_span;
+        let identity = canonical(&path);
+        if self.open.contains(&identity) {
+            return self.report(ProblemKind::IncludeCycle { file }, place);
+        }
+        if !self.seen.insert(identity.clone()) {
+            return self.report(ProblemKind::IncludeTwice { file }, place);
+        }
+        match read_text(&path, &name) {
+            Err((kind, _)) => self.report(kind, place),
+            Ok(text) => {
+                let before = (self.document.node(parent).children.len(), self.problems.len());
+                self.open.push(identity);
+                self.file(Source { name, text }, Some(parent));
+                self.open.pop();
+                if before == (self.document.node(parent).children.len(), self.problems.len()) {
+                    self.report(ProblemKind::IncludeEmpty { file }, place);
+                }
+            }
+        }
+    }
+}
+
+/// quick-xml's syntax errors, in our words.
+fn sentence(error: &quick_xml::Error) -> String {
+    use quick_xml::errors::SyntaxError::*;
+    let quick_xml::Error::Syntax(syntax) = error else {
+        return error.to_string();
+    };
+    match syntax {
+        UnclosedTag => "this tag is never closed by `>`",
+        UnclosedSingleQuotedAttributeValue => "a value in this tag is never closed by '",
+        UnclosedDoubleQuotedAttributeValue => "a value in this tag is never closed by \"",
+        UnclosedComment => "this comment is never closed by `-->`",
+        UnclosedCData => "this CDATA section is never closed by `]]>`",
+        UnclosedDoctype => "this DOCTYPE is never closed by `>`",
+        UnclosedPI | UnclosedXmlDecl => "this processing instruction is never closed by `?>`",
+        InvalidBangMarkup => "`<!` must begin a comment `<!--`",
+    }
+    .to_string()
+}

@@ -1,0 +1,27 @@
+//! The text of one file, and where in it a byte is.
+
+/// A file of a scene, as it was read.
+#[derive(Clone, Debug, Default)]
+pub struct Source {
+    /// The path as the user wrote it (an included file: relative to the main file's folder).
+    pub name: String,
+    pub text: String,
+}
+
+impl Source {
+    /// Line and column of a byte, both from 1; columns count characters. Computed only when something is printed.
+    pub fn line_column(&self, byte: usize) -> (usize, usize) {
+        let before = &self.text[..self.floor(byte)];
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+
+    /// The nearest character boundary at or before a byte, inside the text.
+    pub(super) fn floor(&self, byte: usize) -> usize {
+        let mut byte = byte.min(self.text.len());
+        while !self.text.is_char_boundary(byte) {
+            byte -= 1;
+        }
+        byte
+    }
+}

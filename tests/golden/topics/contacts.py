@@ -1,0 +1,141 @@
+"""Contacts of two shapes in random poses, and the order of contacts in whole scenes.
+
+A case is [margin, size1 (3), pos1 (3), quat1 (4), size2 (3), pos2 (3), quat2 (4)]; a contact is
+[dist, pos (3), normal (3), first tangent (3)]. Inputs have few digits so that the file stays small.
+"""
+
+import math
+
+import mujoco
+import numpy as np
+
+KINDS = ["plane", "sphere", "capsule", "ellipsoid", "cylinder", "box"]
+USED = {"plane": 3, "sphere": 1, "capsule": 2, "ellipsoid": 3, "cylinder": 2, "box": 3}
+PAIRS = [
+    ("plane", "sphere"),
+    ("plane", "capsule"),
+    ("plane", "ellipsoid"),
+    ("plane", "cylinder"),
+    ("plane", "box"),
+    ("sphere", "sphere"),
+    ("sphere", "capsule"),
+    ("sphere", "cylinder"),
+    ("sphere", "box"),
+    ("capsule", "capsule"),
+    ("capsule", "box"),
+    ("box", "box"),
+]
+CASES = 200
+IDENTITY = [1.0, 0.0, 0.0, 0.0]
+
+
+def text(values):
+    return " ".join(repr(float(x)) for x in values)
+
+
+def scene(pair, case):
+    kind1, kind2 = pair
+    margin, size1, pos1, quat1 = case[0], case[1:4], case[4:7], case[7:11]
+    size2, pos2, quat2 = case[11:14], case[14:17], case[17:21]
+    joint1 = "" if kind1 == "plane" else "<freejoint/>"
+    return f"""<mujoco><worldbody>
+<body pos="{text(pos1)}" quat="{text(quat1)}">{joint1}
+<geom type="{kind1}" size="{text(size1[:USED[kind1]])}" margin="{text([margin])}"/></body>
+<body pos="{text(pos2)}" quat="{text(quat2)}"><freejoint/>
+<geom type="{kind2}" size="{text(size2[:USED[kind2]])}"/></body>
+</worldbody></mujoco>"""
+
+
+def contacts(pair, case):
+    model = mujoco.MjModel.from_xml_string(scene(pair, case))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_collision(model, data)
+    return [[c.dist, *c.pos, *c.frame[:6]] for c in data.contact]
+
+
+def rounded(values, digits=5):
+    return [round(float(x), digits) for x in values]
+
+
+def unit(rng, n=3):
+    v = rng.normal(size=n)
+    return v / np.linalg.norm(v)
+
+
+def rotate(quat, v):
+    out = np.zeros(3)
+    mujoco.mju_rotVecQuat(out, np.array(v, float), np.array(quat, float))
+    return out
+
+
+def turned(quat, axis, angle):
+    q, out = np.zeros(4), np.zeros(4)
+    mujoco.mju_axisAngle2Quat(q, np.array(axis, float), angle)
+    mujoco.mju_mulQuat(out, np.array(quat, float), q)
+    return out
+
+
+def reach(kind, size):
+    return {
+        "plane": 0.0,
+        "sphere": size[0],
+        "capsule": size[0] + size[1],
+        "ellipsoid": max(size),
+        "cylinder": math.hypot(size[0], size[1]),
+        "box": math.sqrt(sum(x * x for x in size)),
+    }[kind]
+
+
+def candidate(pair, rng, i):
+    """A random pose; every third one is special: aligned, nearly parallel or deep."""
+    kind1, kind2 = pair
+    margin = float(rng.choice([0.0, 0.01, 0.05]))
+    size1, size2 = rng.uniform(0.03, 0.3, 3), rng.uniform(0.03, 0.3, 3)
+    quat1, quat2 = unit(rng, 4), unit(rng, 4)
+    special = i % 3 == 2
+    if special:
+        variant = (i // 3) % 4
+        base = unit(rng, 4) if variant else IDENTITY
+        quat1, quat2 = base, base
+        if variant >= 1:
+            # An axis nearly along a plane's normal leaves tangents to the last bits: not less than 3e-3 there.
+            least = 3e-3 if kind1 == "plane" else 1e-5
+            quat2 = turned(base, unit(rng), float(rng.choice([least, 8e-3, 0.03])))
+        if variant == 3 and kind1 != "plane":
+            quat2 = turned(base, [0, 0, 1], rng.uniform(0, 6))
+    size1, size2 = rounded(size1, 4), rounded(size2, 4)
+    quat1, quat2 = rounded(quat1, 9), rounded(quat2, 9)
+    pos1 = rounded(rng.uniform(-1, 1, 3), 4)
+    if kind1 == "plane":
+        normal = rotate(np.array(quat1) / np.linalg.norm(quat1), [0, 0, 1])
+        away = unit(rng)
+        away -= normal * (away @ normal)
+        pos2 = pos1 + away + normal * rng.uniform(-0.3, 1.05) * reach(kind2, size2)
+    else:
+        close = rng.uniform(0, 1) if special else rng.uniform(0.2, 1)
+        pos2 = pos1 + unit(rng) * close * (reach(kind1, size1) + reach(kind2, size2))
+    return [margin, *size1, *pos1, *quat1, *size2, *rounded(pos2), *quat2]
+
+
+def poses(pair, seed):
+    rng = np.random.default_rng(seed)
+    cases, found, empty = [], [], 0
+    i = 0
+    while len(cases) < CASES:
+        case = candidate(pair, rng, i)
+        hits = contacts(pair, case)
+        if any(abs(h[0] - case[0]) < 1e-9 for h in hits):
+            continue
+        if not hits:
+            if empty >= CASES // 10:
+                continue
+            empty += 1
+        i += 1
+        cases.append(case)
+        found.append(hits)
+    return {"name": f"{pair[0]}-{pair[1]}", "kinds": [KINDS.index(k) for k in pair], "cases": cases, "contacts": found}
+
+
+def generate():
+    return {"poses": [poses(pair, seed) for seed, pair in enumerate(PAIRS)]}
