@@ -58,7 +58,10 @@ pub struct Input {
 #[serde(rename_all = "snake_case")]
 pub enum Change {
     /// Force (N) and torque (N m) on a body at its centre of mass, world axes, until changed.
-    Push { body: usize, wrench: [f64; 6] },
+    Push {
+        body: usize,
+        wrench: [f64; 6],
+    },
     Contact(String),
     Integrator(String),
     /// s

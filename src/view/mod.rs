@@ -8,6 +8,8 @@ pub mod camera;
 pub mod clock;
 pub mod controls;
 pub mod draw;
+pub mod film;
+pub mod game;
 mod ground;
 pub mod ledger;
 pub mod log;
@@ -18,6 +20,7 @@ pub mod scene;
 pub mod session;
 mod shade;
 mod shadow;
+pub mod video;
 
 pub use mesh::Shape;
 pub use raster::{M3, V3};

@@ -125,7 +125,8 @@ impl Session {
         self.apply(&change)?;
         // The last word on a push before a step is the one that counts.
         if let Change::Push { body, .. } = change {
-            let same = |i: &Input| i.step == self.steps && matches!(i.change, Change::Push { body: b, .. } if b == body);
+            let same =
+                |i: &Input| i.step == self.steps && matches!(i.change, Change::Push { body: b, .. } if b == body);
             self.inputs.retain(|i| !same(i));
         }
         self.inputs.push(Input { step: self.steps, change });
