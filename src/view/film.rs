@@ -1,6 +1,7 @@
 //! A session as a sequence of pictures: which steps lie between two frames, and where the camera is.
 
 use super::camera::Camera;
+use super::controls::Grab;
 use super::draw::{DrawList, Trail};
 use super::raster::V3;
 use super::scene::{self, Notes, Scale};
@@ -73,16 +74,52 @@ impl Film {
         Ok(self.draw(session, between))
     }
 
-    /// The picture of now, or of a moment between the last two steps.
-    pub fn draw(&mut self, session: &Session, between: f64) -> DrawList {
-        let poses = session.poses(between);
+    /// Forgets the trails and takes the followed body from where it is.
+    pub fn begin_again(&mut self, session: &Session) {
+        self.trails.iter_mut().for_each(|(_, points)| points.clear());
+        self.anchor = self.follow.map_or_else(Vec3::zeros, |b| session.data.xpos[b]);
+    }
+
+    /// Follows a body from where it is, or lets go of it where the camera is then.
+    pub fn set_follow(&mut self, session: &Session, body: Option<usize>) {
+        if let Some(old) = self.follow {
+            let moved = session.data.xpos[old] - self.anchor;
+            self.camera.target += Vec3::new(moved.x, moved.y, 0.0);
+        }
+        self.follow = body;
+        self.anchor = body.map_or_else(Vec3::zeros, |b| session.data.xpos[b]);
+    }
+
+    /// The camera as it is now that the followed body has moved.
+    pub fn eye(&self, pos: &[Vec3]) -> Camera {
         let mut camera = self.camera;
         if let Some(body) = self.follow {
-            let moved = poses.pos[body] - self.anchor;
+            let moved = pos[body] - self.anchor;
             // Height stays, so that falling and bouncing are seen.
             camera.target += Vec3::new(moved.x, moved.y, 0.0);
         }
-        let mut list = scene::draw(&session.model, &poses, camera);
+        camera
+    }
+
+    /// The spring between a held body and the mouse.
+    pub fn spring(&self, list: &mut DrawList, session: &Session, grab: &Grab) {
+        let from = session.data.xpos[grab.body] + session.data.xmat[grab.body] * grab.point;
+        scene::spring(list, &from, &grab.to, &self.scale);
+    }
+
+    /// The path of a shot: the played one (0) strong, those of other laws in their own colours.
+    pub fn path(&self, list: &mut DrawList, points: &[Vec3], index: usize) {
+        const COLORS: [[f32; 4]; 4] =
+            [[0.85, 0.13, 0.25, 0.9], [0.16, 0.45, 0.86, 0.8], [0.55, 0.30, 0.75, 0.8], [0.10, 0.55, 0.40, 0.8]];
+        let points = points.iter().map(|p| V3::new(p.x as f32, p.y as f32, p.z as f32)).collect();
+        let width = if index == 0 { 3.0 } else { 2.0 };
+        list.trails.push(Trail { points, color: COLORS[index % COLORS.len()], width });
+    }
+
+    /// The picture of now, or of a moment between the last two steps.
+    pub fn draw(&mut self, session: &Session, between: f64) -> DrawList {
+        let poses = session.poses(between);
+        let mut list = scene::draw(&session.model, &poses, self.eye(&poses.pos));
         if self.notes.contacts {
             scene::contacts(&mut list, &session.data, &self.scale);
         }

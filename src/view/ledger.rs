@@ -46,10 +46,12 @@ impl Ledger {
         self.lost() - self.sliding - self.spinning - self.rolling
     }
 
-    /// How all bodies move in a state. Brings `data` to it.
-    pub fn twists(&self, model: &Model, data: &mut Data, state: &State) -> Twists {
-        energy::energy(model, state, data);
-        twists(model, data)
+    /// The player has changed what energy is worth (gravity): that is neither work nor loss. Brings `data` to the state.
+    pub fn revalue(&mut self, model: &Model, state: &State, data: &mut Data) {
+        let now = energy::energy(model, state, data);
+        self.start.kinetic += now.kinetic - self.now.kinetic;
+        self.start.potential += now.potential - self.now.potential;
+        self.now = now;
     }
 
     /// Books the step that ended in `state`; `before` are the twists at its beginning, `data` is as it left it.
@@ -85,8 +87,8 @@ fn com(model: &Model, data: &Data, body: usize) -> Vec3 {
     data.xpos[body] + data.xmat[body] * model.bodies[body].ipos
 }
 
-/// Reads what [`energy::energy`] has brought up to date.
-fn twists(model: &Model, data: &Data) -> Twists {
+/// How all bodies move, as the last [`energy::energy`] has found it.
+pub fn twists(model: &Model, data: &Data) -> Twists {
     let twist = |b: usize| {
         let Some(tree) = model.bodies[b].tree else { return Vec6::zeros() };
         let root = model.trees[tree].bodies.start;

@@ -11,6 +11,7 @@ pub mod draw;
 pub mod film;
 pub mod game;
 mod ground;
+pub mod history;
 pub mod ledger;
 pub mod log;
 mod mesh;
@@ -20,6 +21,7 @@ pub mod scene;
 pub mod session;
 mod shade;
 mod shadow;
+pub mod stage;
 pub mod video;
 
 pub use mesh::Shape;

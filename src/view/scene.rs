@@ -249,7 +249,7 @@ pub fn framing(model: &Model, poses: &Poses) -> Camera {
 }
 
 /// Whether everything moves in the x-z plane: slides along x and z, hinges about y.
-fn planar(model: &Model) -> bool {
+pub fn planar(model: &Model) -> bool {
     let flat = |j: &crate::model::Joint| match j.kind {
         JointKind::Slide => j.axis.y.abs() < 1e-9,
         JointKind::Hinge => j.axis.y.abs() > 1.0 - 1e-9,

@@ -1,10 +1,9 @@
 //! A simulation that someone plays with: it takes whole steps, each under the inputs that hold for it, and writes
 //! the inputs down. It knows steps, not frames or clocks, so any frame rate gives the same bits.
 
-use super::ledger::Ledger;
+use super::ledger::{self, Ledger};
 use super::log::{Change, Input, Log, Start, VERSION};
 use crate::data::Data;
-use crate::dynamics;
 use crate::forward::{Diverged, Method, step};
 use crate::math::{Quat, Vec3, Vec6};
 use crate::model::Model;
@@ -152,11 +151,11 @@ impl Session {
     /// Errors: [`Diverged`]; the state is then back before the step.
     pub fn step(&mut self) -> Result<(), Diverged> {
         let before = self.state.clone();
-        let twists = self.ledger.twists(&self.model, &mut self.data, &before);
+        let twists = ledger::twists(&self.model, &self.data);
         if let Err(diverged) = step(&self.model, &self.method, &mut self.state, &mut self.data) {
             self.state = before;
             self.data = Data::new(&self.model);
-            dynamics::kinematics(&self.model, &self.state.qpos, &mut self.data);
+            self.ledger.revalue(&self.model, &self.state, &mut self.data);
             return Err(diverged);
         }
         self.steps += 1;
@@ -170,6 +169,11 @@ impl Session {
     /// Poses between the last two steps; `t` = 1 is now.
     pub fn poses(&self, t: f64) -> Poses {
         Poses::between(&self.previous, &self.current, t.clamp(0.0, 1.0))
+    }
+
+    /// Speed of a body's centre of mass, m/s.
+    pub fn speed(&self, body: usize) -> f64 {
+        ledger::twists(&self.model, &self.data).get(body).map_or(0.0, |t| t.fixed_rows::<3>(0).norm())
     }
 
     /// Back to where the session began, under the method and with the changes of now.
@@ -217,6 +221,7 @@ impl Session {
         }
         // What a step has prepared may depend on what was changed.
         self.data = Data::new(&self.model);
+        self.ledger.revalue(&self.model, &self.state, &mut self.data);
         if matches!(change, Change::State(_)) {
             self.ledger = Ledger::new(&self.model, &self.state, &mut self.data);
             self.current = Poses::of(&self.data);
