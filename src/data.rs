@@ -4,9 +4,12 @@
 //! allocate. Per-body arrays are indexed like `model.bodies`.
 
 use crate::collision::detect::Scratch;
+use crate::contact::penalty;
+use crate::contact::rows::Rows;
 use crate::dynamics;
 use crate::dynamics::plan::Plan;
 use crate::dynamics::spatial::Inertia;
+use crate::integrate::implicit_euler::Newton;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
 use crate::model::Model;
 
@@ -70,6 +73,11 @@ pub struct Data {
     /// Generalized force of contacts, limits and dry friction (nv).
     pub qfrc_constraint: Vec<f64>,
     pub counts: Counts,
+
+    // Scratch of the contact laws and of `implicit-euler`.
+    pub rows: Rows,
+    pub penalty: penalty::Scratch,
+    pub newton: Newton,
 }
 
 /// A body as the contact laws see it: a twist at the centre of mass of the rigid body it belongs to.
@@ -208,6 +216,9 @@ impl Data {
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             counts: Counts::default(),
+            rows: Rows::default(),
+            penalty: penalty::Scratch::default(),
+            newton: Newton::default(),
         };
         dynamics::prepare(model, &mut data);
         data

@@ -16,3 +16,40 @@ pub mod mjcf;
 pub mod model;
 pub mod state;
 pub mod view;
+
+use std::path::Path;
+
+use mjcf::{Document, Failure, Loaded, Problem};
+
+/// A file, ready to be simulated.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub document: Document,
+    pub model: model::Model,
+    pub warnings: Vec<Problem>,
+}
+
+/// Reads and compiles a file.
+///
+/// Errors: everything that is wrong with it, each problem with its place; `Display` prints them.
+pub fn load(path: &Path) -> Result<Scene, Failure> {
+    compiled(mjcf::load(path)?)
+}
+
+/// Reads and compiles text as if it were the file `name`.
+pub fn parse(name: &str, text: &str) -> Result<Scene, Failure> {
+    compiled(mjcf::parse(name, text)?)
+}
+
+fn compiled(Loaded { document, spec, mut warnings }: Loaded) -> Result<Scene, Failure> {
+    match compile::compile(&document, &spec) {
+        Ok((model, more)) => {
+            warnings.extend(more);
+            Ok(Scene { document, model, warnings })
+        }
+        Err(problems) => {
+            warnings.extend(problems);
+            Err(Failure { document, problems: warnings })
+        }
+    }
+}

@@ -35,6 +35,8 @@ pub struct Model {
     pub tutorial: TutorialParams,
     /// Position at which joints are at their `ref` and free bodies at their body pose.
     pub qpos0: Vec<f64>,
+    /// What the scene requires.
+    pub plan: Plan,
 }
 
 /// `<option>` and `<flag>`, as far as they change what a supported scene does.
@@ -348,6 +350,39 @@ pub struct TutorialParams {
     pub mu: Option<f64>,
     /// Rolling coefficient (m) instead of the geoms'.
     pub mu_roll: Option<f64>,
+}
+
+/// What a scene requires: a step does nothing that the plan rules out.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Plan {
+    /// Bodies that can move, by joints of their own or of a body they are attached to.
+    pub moving_bodies: usize,
+    /// Trees that are one rigid body on a free joint: closed forms.
+    pub free_trees: usize,
+    /// All other trees: an inertia matrix each.
+    pub articulated_trees: usize,
+    /// Trees in which a joint can turn a body.
+    pub rotating_trees: usize,
+    /// Largest number of dofs of an articulated tree.
+    pub largest_matrix: usize,
+    /// Whether joints couple bodies: some tree has more than one body that moves by its own joints.
+    pub coupled: bool,
+    /// Geom pairs listed, and geoms among which a broad phase looks for more.
+    pub pairs: usize,
+    pub swept: usize,
+    /// Pairs of shapes that need a collider, lower kind first. Sorted.
+    pub colliders: Vec<[GeomKind; 2]>,
+    /// Geoms that take part in collisions. Sorted.
+    pub colliding_geoms: Vec<usize>,
+    /// The largest condim that occurs; 0 without contacts.
+    pub condim: usize,
+    /// Joints with limits, springs, dampers, dry friction, armature.
+    pub limits: usize,
+    pub springs: usize,
+    pub dampers: usize,
+    pub frictionloss: usize,
+    pub armature: usize,
+    pub actuators: usize,
 }
 
 impl Model {

@@ -1,13 +1,191 @@
 //! Spec to Model: frames, inertia, pairs, plan.
+//!
+//! Whatever can be wrong with a scene is found here at the latest; a [`Model`] is valid by construction.
 
-use crate::mjcf::{Document, Problem, Spec};
-use crate::model::Model;
+mod controls;
+mod frames;
+mod inertia;
+mod invweight;
+mod layout;
+mod masses;
+mod pairs;
+mod plan;
+
+use std::collections::BTreeMap;
+
+use crate::contact;
+use crate::mjcf::{Document, NodeId, Problem, ProblemKind, Span, Spec, spec};
+use crate::model::{Flags, Model, Options, TutorialParams};
 
 /// Compiles a checked scene.
 ///
 /// Errors: every problem that only shows when the scene is put together (missing size, zero mass, a pair of
 /// geoms without collider …), each with its place. The second part of the value are warnings.
 pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>), Vec<Problem>> {
-    let _ = (document, spec);
-    todo!()
+    let mut log = Log { document, errors: Vec::new(), warnings: Vec::new() };
+    let mut world = layout::lay_out(spec, &mut log);
+    if log.errors.is_empty() {
+        masses::fill(&mut world, spec, &mut log);
+    }
+    let (pairs, mixes) = pairs::find(&world, spec, &mut log);
+    let actuators = controls::actuators(&world, spec, &mut log);
+    let keyframes = controls::keyframes(&world, spec, &mut log);
+    let tutorial = tutorial_params(spec, &mut log);
+    check_settings(spec, &mut log);
+    if !log.errors.is_empty() {
+        return Err(log.errors);
+    }
+
+    let mut model = Model {
+        name: spec.model_name.clone(),
+        nq: world.qpos0.len(),
+        nv: world.dofs.len(),
+        opt: options(spec),
+        bodies: world.bodies,
+        joints: world.joints,
+        dofs: world.dofs,
+        geoms: world.geoms,
+        actuators,
+        trees: world.trees,
+        pairs,
+        mixes,
+        keyframes,
+        numerics: spec.numerics.iter().map(|n| (n.name.clone(), n.data.clone())).collect(),
+        texts: spec.texts.iter().map(|t| (t.name.clone(), t.data.clone())).collect(),
+        tutorial,
+        qpos0: world.qpos0,
+        plan: Default::default(),
+    };
+    model.plan = plan::plan(&model);
+    Ok((model, log.warnings))
+}
+
+/// Collects problems; nothing stops at the first.
+struct Log<'a> {
+    document: &'a Document,
+    errors: Vec<Problem>,
+    warnings: Vec<Problem>,
+}
+
+impl Log<'_> {
+    /// Something wrong with an element as a whole.
+    fn error(&mut self, node: NodeId, kind: ProblemKind, help: impl Into<String>) {
+        let span = self.document.span(node);
+        self.errors.push(problem(kind, span, help));
+    }
+
+    /// Something wrong with the value of an attribute.
+    fn value_error(&mut self, node: NodeId, attribute: &str, kind: ProblemKind, help: impl Into<String>) {
+        let span = self.document.value_span(node, attribute);
+        self.errors.push(problem(kind, span, help));
+    }
+
+    /// Something that MuJoCo accepts, but that does not do what it seems to.
+    fn warning(&mut self, node: NodeId, kind: ProblemKind, help: impl Into<String>) {
+        let span = self.document.span(node);
+        self.warnings.push(problem(kind, span, help));
+    }
+
+    /// "Look here as well", for the error reported last.
+    fn related(&mut self, node: NodeId, label: impl Into<String>) {
+        let span = self.document.span(node);
+        if let Some(last) = self.errors.last_mut() {
+            last.related.push((span, label.into()));
+        }
+    }
+}
+
+fn problem(kind: ProblemKind, span: Span, help: impl Into<String>) -> Problem {
+    let help = help.into();
+    Problem { kind, span, related: Vec::new(), help: (!help.is_empty()).then_some(help) }
+}
+
+/// Elements that others refer to by name: bodies, geoms, joints.
+struct Names<'a> {
+    /// "body", "geom" or "joint"
+    of: &'static str,
+    index: BTreeMap<&'a str, usize>,
+}
+
+impl<'a> Names<'a> {
+    fn new(of: &'static str, names: impl Iterator<Item = &'a str>) -> Names<'a> {
+        let named = names.enumerate().filter(|(_, name)| !name.is_empty());
+        Names { of, index: named.map(|(i, name)| (name, i)).collect() }
+    }
+
+    /// The index of the element that an attribute names.
+    fn find(&self, name: &str, node: NodeId, attribute: &str, log: &mut Log) -> Option<usize> {
+        let found = self.index.get(name).copied();
+        if found.is_none() {
+            let kind = ProblemKind::UnknownReference { what: self.of.into(), name: name.into() };
+            log.value_error(node, attribute, kind, "");
+        }
+        found
+    }
+}
+
+fn options(spec: &Spec) -> Options {
+    let option = &spec.option;
+    let flag = |name: &str| spec.flags.get(name).copied().unwrap_or(true);
+    Options {
+        timestep: option.timestep,
+        gravity: option.gravity.into(),
+        integrator: option.integrator.clone(),
+        cone: option.cone,
+        impratio: option.impratio,
+        tolerance: option.tolerance,
+        iterations: option.iterations,
+        flags: Flags {
+            constraint: flag("constraint"),
+            frictionloss: flag("frictionloss"),
+            limit: flag("limit"),
+            contact: flag("contact"),
+            spring: flag("spring"),
+            damper: flag("damper"),
+            gravity: flag("gravity"),
+            clampctrl: flag("clampctrl"),
+            warmstart: flag("warmstart"),
+            filterparent: flag("filterparent"),
+            actuation: flag("actuation"),
+            refsafe: flag("refsafe"),
+            eulerdamp: flag("eulerdamp"),
+            diagexact: spec.flags.get("diagexact").copied().unwrap_or(false),
+        },
+    }
+}
+
+/// What the reader accepts, but Penny does not do.
+fn check_settings(spec: &Spec, log: &mut Log) {
+    for text in spec.texts.iter().filter(|t| t.name == "penny.contact") {
+        let names: Vec<&str> = contact::ALL.iter().map(|law| law.name).collect();
+        if !names.is_empty() && !names.contains(&text.data.as_str()) {
+            let help = format!("the laws are {}", names.join(", "));
+            log.value_error(text.node, "data", ProblemKind::UnknownLaw { name: text.data.clone() }, help);
+        }
+    }
+}
+
+/// `<custom><numeric name="penny.k" data="2500"/>` and its like.
+fn tutorial_params(spec: &Spec, log: &mut Log) -> TutorialParams {
+    let mut params = TutorialParams::default();
+    for numeric in &spec.numerics {
+        let field = match numeric.name.as_str() {
+            "penny.k" => &mut params.k,
+            "penny.c" => &mut params.c,
+            "penny.alpha" => &mut params.alpha,
+            "penny.mu" => &mut params.mu,
+            "penny.mu_roll" => &mut params.mu_roll,
+            _ => continue,
+        };
+        match numeric.data[..] {
+            [value] if value >= 0.0 => *field = Some(value),
+            _ => unusable_numeric(numeric, log),
+        }
+    }
+    params
+}
+
+fn unusable_numeric(numeric: &spec::Numeric, log: &mut Log) {
+    let kind = ProblemKind::NotOneCoefficient { name: numeric.name.clone() };
+    log.value_error(numeric.node, "data", kind, "give a single number, zero or more");
 }

@@ -1,9 +1,14 @@
 //! Contact laws: depth and rate in, force out. The list [`ALL`] is the only place that knows their names.
 
+pub mod complementarity;
 pub mod impedance;
+pub mod penalty;
+pub mod rows;
+pub mod tutorial;
 
-use crate::data::Data;
+use crate::data::{Contact, Data};
 use crate::forward::Method;
+use crate::math::Vec3;
 use crate::model::Model;
 use crate::state::State;
 
@@ -18,9 +23,23 @@ pub struct Law {
     pub solve: fn(&Model, &Method, &State, &mut Data),
 }
 
-pub const ALL: &[&Law] = &[];
+/// The default comes first.
+pub const ALL: &[&Law] = &[&penalty::LAW, &tutorial::LAW];
 
 /// The law of that name.
 pub fn by_name(name: &str) -> Option<&'static Law> {
     ALL.iter().copied().find(|law| law.name == name)
+}
+
+/// Where friction acts on each side's body: at a moving body's own surface if the other one never moves, midway
+/// between two moving bodies, so that action equals reaction. World, m.
+///
+/// A sphere that has sunk in by 0.4 mm thus rolls on its full radius.
+fn surface_points(contact: &Contact, model: &Model) -> [Vec3; 2] {
+    let moves = contact.body.map(|b| model.bodies[b as usize].tree.is_some());
+    if moves[0] && moves[1] {
+        return [contact.pos; 2];
+    }
+    let half = contact.frame.row(0).transpose() * (0.5 * contact.dist);
+    [contact.pos - half, contact.pos + half]
 }

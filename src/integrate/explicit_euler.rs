@@ -9,6 +9,7 @@ pub const METHOD: Integrator = Integrator {
     mjcf: &[],
     order: 1,
     about: "old velocity moves, old force accelerates: gains energy; only to see why nobody uses it",
+    implicit: false,
     advance,
 };
 

@@ -11,6 +11,7 @@ pub const METHOD: Integrator = Integrator {
     mjcf: &["implicitfast", "implicit"],
     order: 1,
     about: "semi-implicit Euler, with dampers, actuators and the gyroscopic force of free bodies implicit",
+    implicit: false,
     advance,
 };
 

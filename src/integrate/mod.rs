@@ -1,6 +1,7 @@
 //! Integrators. The list [`ALL`] is the only place that knows their names.
 
 pub mod explicit_euler;
+pub mod implicit_euler;
 pub mod implicitfast;
 pub mod rk4;
 pub mod semi_implicit_euler;
@@ -20,12 +21,19 @@ pub struct Integrator {
     pub order: u8,
     /// One line for `--help`, plots and docs.
     pub about: &'static str,
+    /// The contact law is asked for the forces at the end of the step: velocities are then not extrapolated.
+    pub implicit: bool,
     /// One step of `method.timestep`: advances time, qpos, qvel and the warm starts.
     pub advance: fn(&Model, &Method, &mut State, &mut Data),
 }
 
-pub const ALL: &[&Integrator] =
-    &[&explicit_euler::METHOD, &semi_implicit_euler::METHOD, &rk4::METHOD, &implicitfast::METHOD];
+pub const ALL: &[&Integrator] = &[
+    &explicit_euler::METHOD,
+    &semi_implicit_euler::METHOD,
+    &implicit_euler::METHOD,
+    &rk4::METHOD,
+    &implicitfast::METHOD,
+];
 
 /// The integrator of that CLI name or MJCF keyword.
 pub fn by_name(name: &str) -> Option<&'static Integrator> {

@@ -10,6 +10,7 @@ pub const METHOD: Integrator = Integrator {
     mjcf: &["RK4"],
     order: 4,
     about: "Runge–Kutta of fourth order, four evaluations a step: nearly conserves energy",
+    implicit: false,
     advance,
 };
 

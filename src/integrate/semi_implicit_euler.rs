@@ -10,6 +10,7 @@ pub const METHOD: Integrator = Integrator {
     mjcf: &["Euler"],
     order: 1,
     about: "new velocity moves, old force accelerates; joint damping implicit",
+    implicit: false,
     advance,
 };
 

@@ -159,8 +159,8 @@ pub enum ProblemKind {
     // What only shows when the scene is put together (reported by `compile`).
     #[error("the `{attribute}` of this {element} has no direction: {why}")]
     NoDirection { element: String, attribute: String, why: String },
-    #[error("a {shape} needs {needs} numbers in `size`, but has {given}")]
-    SizeMissing { shape: &'static str, needs: usize, given: usize },
+    #[error("a {shape} needs {needs} in `size`, but {given} given")]
+    SizeMissing { shape: &'static str, needs: String, given: String },
     #[error("the {what} of a {shape} must be above zero, not {value}")]
     SizeNotPositive { shape: &'static str, what: &'static str, value: f64 },
     #[error("a {shape} cannot be placed by `fromto`")]
@@ -181,8 +181,6 @@ pub enum ProblemKind {
     RangeEmpty { low: f64, high: f64 },
     #[error("limited, but without a range")]
     LimitedWithoutRange,
-    #[error("`{attribute}` must not be negative, but is {value}")]
-    NegativeMass { attribute: &'static str, value: f64 },
     #[error("{body} moves, but has no mass")]
     MovingWithoutMass { body: String },
     #[error("{body} moves, but has no inertia")]
@@ -191,20 +189,20 @@ pub enum ProblemKind {
     InertiaImpossible { a: f64, b: f64, c: f64 },
     #[error("no rigid body has this inertia: one of its principal moments is {moment}")]
     InertiaNotPositive { moment: f64 },
-    #[error("no {of} is named `{name}`")]
-    NoSuchName { of: &'static str, name: String },
     #[error("a geom cannot touch itself")]
     PairOfOne,
     #[error("these two geoms are a `<pair>` already")]
     PairTwice,
-    #[error("this pair can never do anything")]
+    #[error("this pair does nothing: its geoms never move against one another")]
     PairAtRest,
     #[error("Penny cannot find contacts between {first} and {second}")]
     NoCollider { first: &'static str, second: &'static str },
-    #[error("`{attribute}` of this scene has {needs} numbers, but the keyframe gives {given}")]
-    KeyframeCount { attribute: &'static str, needs: usize, given: usize },
+    #[error("`{attribute}` of this scene has {needs}, but {given} given")]
+    KeyframeCount { attribute: &'static str, needs: String, given: String },
     #[error("`{name}` must be one number, zero or more")]
     NotOneCoefficient { name: String },
+    #[error("`{name}` is no contact law")]
+    UnknownLaw { name: String },
 }
 
 impl ProblemKind {
@@ -271,18 +269,17 @@ impl ProblemKind {
             BallRangeStart { .. } => "ball-range-start",
             RangeEmpty { .. } => "range-empty",
             LimitedWithoutRange => "limited-without-range",
-            NegativeMass { .. } => "negative-mass",
             MovingWithoutMass { .. } => "moving-without-mass",
             MovingWithoutInertia { .. } => "moving-without-inertia",
             InertiaImpossible { .. } => "inertia-impossible",
             InertiaNotPositive { .. } => "inertia-not-positive",
-            NoSuchName { .. } => "no-such-name",
             PairOfOne => "pair-of-one",
             PairTwice => "pair-twice",
             PairAtRest => "pair-at-rest",
             NoCollider { .. } => "no-collider",
             KeyframeCount { .. } => "keyframe-count",
             NotOneCoefficient { .. } => "not-one-coefficient",
+            UnknownLaw { .. } => "unknown-law",
         }
     }
 

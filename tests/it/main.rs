@@ -7,5 +7,6 @@ mod compile;
 mod models;
 mod mujoco_law;
 mod penalty;
+mod sim;
 mod smooth;
 mod tutorial;

@@ -1,0 +1,355 @@
+//! Bodies, joints, dofs, geoms and trees, numbered in MuJoCo's depth-first order; everything but masses.
+
+use super::frames::{self, EPS, NoDirection};
+use super::{Log, Names};
+use crate::math::{Quat, Vec3};
+use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
+use crate::model::{Body, Dof, Geom, GeomKind, Joint, JointKind, Tree};
+
+/// The scene laid out, each item with the element it came from.
+pub struct World<'a> {
+    pub bodies: Vec<Body>,
+    pub joints: Vec<Joint>,
+    pub dofs: Vec<Dof>,
+    pub geoms: Vec<Geom>,
+    pub trees: Vec<Tree>,
+    pub qpos0: Vec<f64>,
+    pub body_specs: Vec<&'a spec::Body>,
+    pub joint_specs: Vec<&'a spec::Joint>,
+    pub geom_specs: Vec<&'a spec::Geom>,
+}
+
+impl World<'_> {
+    pub fn body_names(&self) -> Names<'_> {
+        Names::new("body", self.bodies.iter().map(|b| b.name.as_str()))
+    }
+    pub fn geom_names(&self) -> Names<'_> {
+        Names::new("geom", self.geoms.iter().map(|g| g.name.as_str()))
+    }
+    pub fn joint_names(&self) -> Names<'_> {
+        Names::new("joint", self.joints.iter().map(|j| j.name.as_str()))
+    }
+}
+
+pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {
+    let mut world = World {
+        bodies: Vec::new(),
+        joints: Vec::new(),
+        dofs: Vec::new(),
+        geoms: Vec::new(),
+        trees: Vec::new(),
+        qpos0: Vec::new(),
+        body_specs: Vec::new(),
+        joint_specs: Vec::new(),
+        geom_specs: Vec::new(),
+    };
+    add_body(&mut world, &spec.world, 0, &spec.compiler, log);
+    world.bodies[0].name = "world".into();
+    world
+}
+
+/// Adds a body, what is attached to it, and its children.
+fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, compiler: &spec::Compiler, log: &mut Log) {
+    let id = world.bodies.len();
+    let (pos, quat) = pose_or_report(&body.pose, body.node, compiler, log);
+
+    // What moves with this body: itself where it has joints, otherwise whatever moves its parent.
+    let moves = !body.joints.is_empty();
+    let inherited = if id == 0 { (0, None) } else { (world.bodies[parent].weld, world.bodies[parent].tree) };
+    let starts_tree = moves && inherited.1.is_none();
+    let tree = if starts_tree { Some(world.trees.len()) } else { inherited.1 };
+    let joints = world.joints.len()..world.joints.len() + body.joints.len();
+    let dofs = world.dofs.len()..world.dofs.len() + body.joints.iter().map(|j| j.kind.nv()).sum::<usize>();
+    let geoms = world.geoms.len()..world.geoms.len() + body.geoms.len();
+    let qpos_start = world.qpos0.len();
+    world.bodies.push(Body {
+        name: body.name.clone().unwrap_or_default(),
+        parent,
+        pos,
+        quat,
+        ipos: Vec3::zeros(),
+        iquat: Quat::identity(),
+        mass: 0.0,
+        inertia: Vec3::zeros(),
+        joints,
+        dofs,
+        geoms,
+        weld: if moves { id } else { inherited.0 },
+        tree,
+        invweight0: [0.0; 2],
+    });
+    world.body_specs.push(body);
+    if starts_tree {
+        let dof = world.dofs.len();
+        let tree = Tree { bodies: id..id, dofs: dof..dof, qpos: qpos_start..qpos_start, free: None, rotates: false };
+        world.trees.push(tree);
+    }
+
+    check_joints(body, log);
+    for joint in &body.joints {
+        add_joint(world, joint, id, compiler, log);
+    }
+    for geom in &body.geoms {
+        add_geom(world, geom, id, compiler, log);
+    }
+    for child in &body.children {
+        add_body(world, child, id, compiler, log);
+    }
+    if let (true, Some(t)) = (starts_tree, tree) {
+        let root = id;
+        let tree = &mut world.trees[t];
+        tree.bodies.end = world.bodies.len();
+        tree.dofs.end = world.dofs.len();
+        tree.qpos.end = world.qpos0.len();
+        let joints = &world.joints[world.bodies[root].joints.start..];
+        tree.rotates = joints.iter().any(|j| j.kind != JointKind::Slide);
+    }
+}
+
+/// The pose of a body or geom, or the identity after a report.
+fn pose_or_report(pose: &spec::Pose, node: NodeId, compiler: &spec::Compiler, log: &mut Log) -> (Vec3, Quat) {
+    frames::pose(pose, compiler).unwrap_or_else(|kind| {
+        no_direction(node, kind, log);
+        (Vec3::zeros(), Quat::identity())
+    })
+}
+
+/// Reports a direction that is none, at the attribute that holds it.
+pub fn no_direction(node: NodeId, what: NoDirection, log: &mut Log) {
+    let kind = ProblemKind::NoDirection {
+        element: log.document.node(node).name.clone(),
+        attribute: what.attribute.into(),
+        why: what.why.into(),
+    };
+    log.value_error(node, what.attribute, kind, "");
+}
+
+/// Rules about the joints of one body together.
+fn check_joints(body: &spec::Body, log: &mut Log) {
+    let joints = &body.joints;
+    let dofs: usize = joints.iter().map(|j| j.kind.nv()).sum();
+    if dofs > 6 {
+        log.error(body.node, ProblemKind::TooManyDofs { dofs }, "remove joints, or split the body in two");
+    }
+    let turns = |j: &&spec::Joint| matches!(j.kind, JointKind::Ball | JointKind::Hinge);
+    if let Some(ball) = joints.iter().position(|j| j.kind == JointKind::Ball)
+        && let Some(other) = joints[ball + 1..].iter().find(turns)
+    {
+        log.error(other.node, ProblemKind::TurnAfterBall, "a ball joint already turns the body in all ways");
+        log.related(joints[ball].node, "the ball joint");
+    }
+}
+
+fn add_joint<'a>(world: &mut World<'a>, joint: &'a spec::Joint, body: usize, compiler: &spec::Compiler, log: &mut Log) {
+    // Free joints have neither anchor nor axis: they are the body's frame.
+    let (pos, axis) = match joint.kind {
+        JointKind::Free => (Vec3::zeros(), Vec3::z()),
+        _ => anchor_and_axis(joint, compiler, log),
+    };
+    let id = world.joints.len();
+    let qposadr = world.qpos0.len();
+    let dofadr = world.dofs.len();
+    let radian = |x: f64| if compiler.degree && joint.kind == JointKind::Hinge { x.to_radians() } else { x };
+    match joint.kind {
+        JointKind::Free => {
+            let place = &world.bodies[body];
+            let (p, q) = (place.pos, crate::math::wxyz(&place.quat));
+            world.qpos0.extend([p.x, p.y, p.z, q[0], q[1], q[2], q[3]]);
+        }
+        JointKind::Ball => world.qpos0.extend([1.0, 0.0, 0.0, 0.0]),
+        JointKind::Slide | JointKind::Hinge => world.qpos0.push(radian(joint.reference)),
+    }
+    world.joints.push(Joint {
+        name: joint.name.clone().unwrap_or_default(),
+        kind: joint.kind,
+        body,
+        pos,
+        axis,
+        qposadr,
+        dofadr,
+        stiffness: joint.stiffness,
+        springref: radian(joint.springref),
+        range: range(joint, compiler, log),
+        margin: joint.margin,
+        solref_limit: joint.solreflimit,
+        solimp_limit: joint.solimplimit,
+        solref_friction: joint.solreffriction,
+        solimp_friction: joint.solimpfriction,
+    });
+    world.joint_specs.push(joint);
+    let (damping, armature, frictionloss) = (joint.damping, joint.armature, joint.frictionloss);
+    let dof = Dof { joint: id, body, damping, armature, frictionloss, invweight0: 0.0 };
+    world.dofs.extend(std::iter::repeat_n(dof, joint.kind.nv()));
+}
+
+fn anchor_and_axis(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log) -> (Vec3, Vec3) {
+    let place = (Vec3::from(joint.pos), Quat::identity());
+    let (pos, turn) = frames::in_frames(&joint.frames, place, compiler).unwrap_or_else(|kind| {
+        no_direction(joint.node, kind, log);
+        place
+    });
+    let axis = Vec3::from(joint.axis);
+    if joint.kind == JointKind::Ball {
+        return (pos, Vec3::z());
+    }
+    if axis.norm() < EPS {
+        no_direction(joint.node, NoDirection { attribute: "axis", why: "its length is zero" }, log);
+        return (pos, Vec3::z());
+    }
+    (pos, turn * (axis / axis.norm()))
+}
+
+/// The limits of a joint in m or rad, if it has any. An empty range was reported by the reader.
+fn range(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log) -> Option<[f64; 2]> {
+    let [low, high] = joint.range.filter(|[low, high]| low < high)?;
+    if joint.kind == JointKind::Free || joint.limited == Some(false) {
+        return None;
+    }
+    if joint.limited.is_none() && !compiler.autolimits {
+        let help = "write `limited=\"true\"`, or drop `autolimits=\"false\"` from `<compiler>`";
+        log.value_error(joint.node, "range", ProblemKind::RangeWithoutLimited, help);
+    }
+    if joint.kind == JointKind::Ball && low != 0.0 {
+        let help = format!("a ball joint is limited by its angle alone: \"0 {high}\"");
+        log.value_error(joint.node, "range", ProblemKind::BallRangeStart { low }, help);
+    }
+    let turns = matches!(joint.kind, JointKind::Ball | JointKind::Hinge);
+    let radian = |x: f64| if compiler.degree && turns { x.to_radians() } else { x };
+    Some([radian(low), radian(high)])
+}
+
+fn add_geom<'a>(world: &mut World<'a>, geom: &'a spec::Geom, body: usize, compiler: &spec::Compiler, log: &mut Log) {
+    if geom.kind == GeomKind::Plane && world.bodies[body].weld != 0 {
+        let help = "a plane is the surface of a half-space: attach it to `worldbody`, or use a flat box here";
+        log.error(geom.node, ProblemKind::PlaneMoves { body: label("body", &world.bodies[body].name, body) }, help);
+    }
+    let (pos, quat, size) = place(geom, compiler, log);
+    world.geoms.push(Geom {
+        name: geom.name.clone().unwrap_or_default(),
+        kind: geom.kind,
+        body,
+        pos,
+        quat,
+        size,
+        rbound: bounding_radius(geom.kind, &size),
+        contype: geom.contype,
+        conaffinity: geom.conaffinity,
+        condim: geom.condim,
+        group: geom.group,
+        priority: geom.priority,
+        friction: geom.friction,
+        solmix: geom.solmix,
+        solref: geom.solref,
+        solimp: geom.solimp,
+        margin: geom.margin,
+        gap: geom.gap,
+        rgba: geom.rgba,
+    });
+    world.geom_specs.push(geom);
+}
+
+/// Pose in the body's frame, and size (m).
+fn place(geom: &spec::Geom, compiler: &spec::Compiler, log: &mut Log) -> (Vec3, Quat, Vec3) {
+    let Some(points) = &geom.fromto else {
+        let (pos, quat) = pose_or_report(&geom.pose, geom.node, compiler, log);
+        return (pos, quat, size(geom, None, log));
+    };
+    if matches!(geom.kind, GeomKind::Plane | GeomKind::Sphere) {
+        let help = "`fromto` is for capsule, cylinder, box and ellipsoid; give this one `pos`";
+        log.value_error(geom.node, "fromto", ProblemKind::FromtoShape { shape: shape(geom.kind) }, help);
+        return (Vec3::zeros(), Quat::identity(), size(geom, None, log));
+    }
+    let between = frames::fromto(points);
+    let half = between.as_ref().ok().map(|b| b.2);
+    let placed = between.and_then(|b| frames::in_frames(&geom.pose.frames, (b.0, b.1), compiler));
+    let (pos, quat) = placed.unwrap_or_else(|kind| {
+        no_direction(geom.node, kind, log);
+        (Vec3::zeros(), Quat::identity())
+    });
+    (pos, quat, size(geom, Some(half.unwrap_or(1.0)), log))
+}
+
+/// "1 number", "3 numbers"
+pub fn numbers(n: usize) -> String {
+    format!("{n} number{}", if n == 1 { "" } else { "s" })
+}
+
+/// "1 is", "3 are"
+pub fn given(n: usize) -> String {
+    format!("{n} {}", if n == 1 { "is" } else { "are" })
+}
+
+/// What the numbers of `size` mean for a shape.
+fn dimensions(kind: GeomKind) -> &'static [&'static str] {
+    match kind {
+        GeomKind::Plane => &["half-width along x", "half-width along y", "grid spacing"],
+        GeomKind::Sphere => &["radius"],
+        GeomKind::Capsule | GeomKind::Cylinder => &["radius", "half-length"],
+        GeomKind::Ellipsoid => &["half-axis x", "half-axis y", "half-axis z"],
+        GeomKind::Box => &["half-width x", "half-width y", "half-width z"],
+    }
+}
+
+/// The size of a geom, m; `half` is the half-length of one that has `fromto`.
+fn size(geom: &spec::Geom, half: Option<f64>, log: &mut Log) -> Vec3 {
+    let kind = geom.kind;
+    let needs = dimensions(kind);
+    let mut size = [0.0; 3];
+    for (i, what) in needs.iter().enumerate() {
+        if half.is_some() && i > 0 {
+            break;
+        }
+        let Some(&value) = geom.size.get(i) else {
+            let needs = if half.is_some() { &needs[..1] } else { needs };
+            let problem = ProblemKind::SizeMissing {
+                shape: shape(kind),
+                needs: numbers(needs.len()),
+                given: given(geom.size.len()),
+            };
+            log.value_error(geom.node, "size", problem, format!("`size` is: {}", needs.join(", ")));
+            return Vec3::repeat(1.0);
+        };
+        // The half-widths of a plane say only how much of it is drawn; 0 is "without end".
+        let fine = value > 0.0 || (kind == GeomKind::Plane && i < 2 && value >= 0.0);
+        if !fine {
+            let problem = ProblemKind::SizeNotPositive { shape: shape(kind), what, value };
+            log.value_error(geom.node, "size", problem, "sizes are lengths in metres, above zero");
+            return Vec3::repeat(1.0);
+        }
+        size[i] = value;
+    }
+    match (half, kind) {
+        (Some(half), GeomKind::Capsule | GeomKind::Cylinder) => Vec3::new(size[0], half, 0.0),
+        (Some(half), _) => Vec3::new(size[0], size[0], half),
+        (None, _) => Vec3::from(size),
+    }
+}
+
+/// Radius (m) of a ball about the centre that holds the whole shape; 0 for a plane, which has no such ball.
+fn bounding_radius(kind: GeomKind, size: &Vec3) -> f64 {
+    match kind {
+        GeomKind::Plane => 0.0,
+        GeomKind::Sphere => size.x,
+        GeomKind::Capsule => size.x + size.y,
+        GeomKind::Cylinder => size.x.hypot(size.y),
+        GeomKind::Ellipsoid => size.max(),
+        GeomKind::Box => size.norm(),
+    }
+}
+
+/// The MJCF keyword of a shape.
+pub fn shape(kind: GeomKind) -> &'static str {
+    match kind {
+        GeomKind::Plane => "plane",
+        GeomKind::Sphere => "sphere",
+        GeomKind::Capsule => "capsule",
+        GeomKind::Ellipsoid => "ellipsoid",
+        GeomKind::Cylinder => "cylinder",
+        GeomKind::Box => "box",
+    }
+}
+
+/// A body, geom or joint as messages call it: by its name, or else by its number.
+pub fn label(of: &str, name: &str, index: usize) -> String {
+    if name.is_empty() { format!("{of} {index}") } else { format!("{of} `{name}`") }
+}

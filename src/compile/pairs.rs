@@ -1,0 +1,297 @@
+//! Which geoms can touch, and with which parameters.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Log;
+use super::layout::{World, label, shape};
+use crate::collision::collider;
+use crate::collision::sweep::{may_touch, order};
+use crate::mjcf::{ProblemKind, Spec, spec};
+use crate::model::{Geom, GeomKind, Mix, Pair, Pairs};
+
+/// Up to this many pairs among geoms other than planes are listed one by one (64 free spheres have 2016);
+/// beyond, a broad phase looks for them in each step.
+pub const MOST_LISTED: usize = 2048;
+
+/// Friction coefficients below this are raised to it (MuJoCo's `mjMINMU`).
+pub const MIN_MU: f64 = 1e-5;
+
+/// The pairs of a scene in MuJoCo's contact order, and their parameters.
+///
+/// A `<pair>` replaces what the filters would let pass.
+pub fn find(world: &World, spec: &Spec, log: &mut Log) -> (Pairs, Vec<Mix>) {
+    let excluded = excluded(world, spec, log);
+    let given = explicit(world, spec, log);
+    let on = |flag: &str| spec.flags.get(flag).copied().unwrap_or(true);
+    if !(on("contact") && on("constraint")) {
+        return (Pairs::default(), Vec::new());
+    }
+    let with_plane = |c: &[usize; 2]| c.iter().any(|&g| world.geoms[g].kind == GeomKind::Plane);
+    let mut gaps = Gaps::default();
+    given.iter().for_each(|e| gaps.check(world, e.geom, Some(e.spec)));
+    let mut candidates: Vec<[usize; 2]> = Vec::new();
+    let mut unlisted = 0;
+    each_possible(world, &given, &excluded, on("filterparent"), |geom| {
+        gaps.check(world, geom, None);
+        unlisted += usize::from(!with_plane(&geom));
+        if unlisted <= MOST_LISTED || with_plane(&geom) {
+            candidates.push(geom);
+        }
+    });
+    gaps.report(world, log);
+    let swept = unlisted > MOST_LISTED;
+    let over = spec.flags.get("override").copied().unwrap_or(false).then_some(&spec.option);
+
+    let mut pairs = Pairs { excluded, ..Pairs::default() };
+    let mut mixes = Mixes::default();
+    let mut list = |geom: [usize; 2], mix: Mix, explicit: bool| {
+        let index = mixes.index(overridden(mix, over));
+        let pair = Pair::new(&world.geoms, geom, index, &mixes.list[index]);
+        pairs.listed.extend(pair.map(|pair| Pair { explicit, ..pair }));
+    };
+    for e in given {
+        list(e.geom, e.mix, true);
+    }
+    for geom in candidates.into_iter().filter(|c| !swept || with_plane(c)) {
+        list(geom, mixed(&world.geoms[geom[0]], &world.geoms[geom[1]]), false);
+    }
+    pairs.listed.sort_by_key(|pair| order(&world.geoms, pair));
+    if swept {
+        sweep(world, &mut pairs, &mut mixes, over);
+    }
+    (pairs, mixes.list)
+}
+
+fn sorted([a, b]: [usize; 2]) -> (usize, usize) {
+    (a.min(b), a.max(b))
+}
+
+/// Body pairs of `<exclude>`, low number first, sorted.
+fn excluded(world: &World, spec: &Spec, log: &mut Log) -> Vec<(usize, usize)> {
+    let names = world.body_names();
+    let mut found = Vec::new();
+    for exclude in &spec.excludes {
+        let first = names.find(&exclude.body1, exclude.node, "body1", log);
+        let second = names.find(&exclude.body2, exclude.node, "body2", log);
+        if let (Some(a), Some(b)) = (first, second) {
+            found.push(sorted([a, b]));
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// A `<contact><pair>` with its geoms found.
+struct Explicit<'a> {
+    geom: [usize; 2],
+    mix: Mix,
+    spec: &'a spec::Pair,
+}
+
+fn explicit<'a>(world: &World, spec: &'a Spec, log: &mut Log) -> Vec<Explicit<'a>> {
+    let names = world.geom_names();
+    let mut found: Vec<Explicit> = Vec::new();
+    for pair in &spec.pairs {
+        let first = names.find(&pair.geom1, pair.node, "geom1", log);
+        let second = names.find(&pair.geom2, pair.node, "geom2", log);
+        let (Some(a), Some(b)) = (first, second) else { continue };
+        let geom = [a, b];
+        let weld = geom.map(|g| world.bodies[world.geoms[g].body].weld);
+        if a == b {
+            log.error(pair.node, ProblemKind::PairOfOne, "name two different geoms");
+        } else if let Some(earlier) = found.iter().find(|e| sorted(e.geom) == sorted(geom)) {
+            let help = "MuJoCo would count every contact twice; keep one of the two";
+            log.error(pair.node, ProblemKind::PairTwice, help);
+            log.related(earlier.spec.node, "first given here");
+        } else if weld[0] == weld[1] {
+            let help = "the two geoms never move against one another: remove the pair";
+            log.warning(pair.node, ProblemKind::PairAtRest, help);
+        } else {
+            found.push(Explicit { geom, mix: given(pair), spec: pair });
+        }
+    }
+    found
+}
+
+/// Hands on all pairs that the filters let pass and that no `<pair>` replaces.
+fn each_possible(
+    world: &World,
+    given: &[Explicit],
+    excluded: &[(usize, usize)],
+    filterparent: bool,
+    mut found: impl FnMut([usize; 2]),
+) {
+    let replaced: BTreeSet<(usize, usize)> = given.iter().map(|e| sorted(e.geom)).collect();
+    let geoms: Vec<usize> = (0..world.geoms.len()).filter(|&g| collides(&world.geoms[g])).collect();
+    for (i, &a) in geoms.iter().enumerate() {
+        for &b in &geoms[i + 1..] {
+            if may_touch(&world.bodies, &world.geoms, a, b, filterparent, excluded) && !replaced.contains(&(a, b)) {
+                found([a, b]);
+            }
+        }
+    }
+}
+
+fn collides(geom: &Geom) -> bool {
+    geom.contype != 0 || geom.conaffinity != 0
+}
+
+/// Contact parameters of two geoms.
+///
+///     higher priority:  condim, friction, solref, solimp are that geom's
+///     same priority:    condim and friction: the larger, element by element
+///                       solimp, solref: w a + (1 − w) b,  w = solmixₐ/(solmixₐ + solmix_b)
+///                       solref where one is direct (solref[0] ≤ 0): the smaller, element by element
+///     always:           margin and gap: the sums
+///
+/// Source: MuJoCo manual, Modeling › Contact parameters; checked against 4.0.0.
+pub fn mixed(a: &Geom, b: &Geom) -> Mix {
+    let (margin, gap) = (a.margin + b.margin, a.gap + b.gap);
+    if a.priority != b.priority {
+        let g = if a.priority > b.priority { a } else { b };
+        return mix(g.condim, g.friction, g.solref, g.solimp, margin, gap);
+    }
+    let weight = match (a.solmix < crate::math::MIN_VAL, b.solmix < crate::math::MIN_VAL) {
+        (false, false) => a.solmix / (a.solmix + b.solmix),
+        (true, true) => 0.5,
+        (true, false) => 0.0,
+        (false, true) => 1.0,
+    };
+    let blend = |x: f64, y: f64| weight * x + (1.0 - weight) * y;
+    let direct = a.solref[0] <= 0.0 || b.solref[0] <= 0.0;
+    let solref = [0, 1].map(|i| if direct { a.solref[i].min(b.solref[i]) } else { blend(a.solref[i], b.solref[i]) });
+    let solimp = [0, 1, 2, 3, 4].map(|i| blend(a.solimp[i], b.solimp[i]));
+    let friction = [0, 1, 2].map(|i| a.friction[i].max(b.friction[i]));
+    mix(a.condim.max(b.condim), friction, solref, solimp, margin, gap)
+}
+
+fn mix(condim: usize, [slide, spin, roll]: [f64; 3], solref: [f64; 2], solimp: [f64; 5], margin: f64, gap: f64) -> Mix {
+    let friction = [slide, slide, spin, roll, roll].map(|mu| mu.max(MIN_MU));
+    Mix { condim, friction, solref, solreffriction: solref, solimp, margin, gap }
+}
+
+/// The parameters of a `<pair>`: all its own, nothing from the geoms.
+fn given(pair: &spec::Pair) -> Mix {
+    let solreffriction = if pair.solreffriction == [0.0, 0.0] { pair.solref } else { pair.solreffriction };
+    Mix {
+        condim: pair.condim,
+        friction: pair.friction.map(|mu| mu.max(MIN_MU)),
+        solref: pair.solref,
+        solreffriction,
+        solimp: pair.solimp,
+        margin: pair.margin,
+        gap: pair.gap,
+    }
+}
+
+/// `<flag override="enable">`: `o_margin`, `o_solref`, `o_solimp`, `o_friction` for every contact; condim and gap stay.
+fn overridden(mix: Mix, over: Option<&spec::OptionSpec>) -> Mix {
+    match over {
+        None => mix,
+        Some(o) => Mix {
+            friction: o.o_friction.map(|mu| mu.max(MIN_MU)),
+            solref: o.o_solref,
+            solreffriction: o.o_solref,
+            solimp: o.o_solimp,
+            margin: o.o_margin,
+            ..mix
+        },
+    }
+}
+
+/// Contact parameters that occur, each once.
+#[derive(Default)]
+struct Mixes {
+    list: Vec<Mix>,
+    index: BTreeMap<[u64; 17], usize>,
+}
+
+impl Mixes {
+    fn index(&mut self, mix: Mix) -> usize {
+        *self.index.entry(bits(&mix)).or_insert_with(|| {
+            self.list.push(mix);
+            self.list.len() - 1
+        })
+    }
+}
+
+/// All numbers of a mix, to tell two apart.
+fn bits(mix: &Mix) -> [u64; 17] {
+    let numbers = [mix.condim as f64].into_iter();
+    let numbers = numbers.chain(mix.friction).chain(mix.solref).chain(mix.solreffriction).chain(mix.solimp);
+    let mut bits = [0; 17];
+    for (slot, number) in bits.iter_mut().zip(numbers.chain([mix.margin, mix.gap])) {
+        *slot = number.to_bits();
+    }
+    bits
+}
+
+/// Many geoms: those that collide with others than planes, and a table of mixes by class of parameters.
+fn sweep(world: &World, pairs: &mut Pairs, mixes: &mut Mixes, over: Option<&spec::OptionSpec>) {
+    let swept = |g: &usize| world.geoms[*g].kind != GeomKind::Plane && collides(&world.geoms[*g]);
+    pairs.swept = (0..world.geoms.len()).filter(swept).collect();
+    let mut classes: BTreeMap<Vec<u64>, (u32, usize)> = BTreeMap::new();
+    pairs.class = vec![0; world.geoms.len()];
+    for &g in &pairs.swept {
+        let count = classes.len() as u32;
+        pairs.class[g] = classes.entry(parameters(&world.geoms[g])).or_insert((count, g)).0;
+    }
+    let mut examples = vec![0; classes.len()];
+    for (class, geom) in classes.into_values() {
+        examples[class as usize] = geom;
+    }
+    for &a in &examples {
+        for &b in &examples {
+            let mix = overridden(mixed(&world.geoms[a], &world.geoms[b]), over);
+            pairs.mix_table.push(mixes.index(mix) as u32);
+        }
+    }
+}
+
+/// All that a geom contributes to a mix.
+fn parameters(g: &Geom) -> Vec<u64> {
+    let numbers = [g.condim as f64, g.priority as f64, g.solmix, g.margin, g.gap].into_iter();
+    numbers.chain(g.friction).chain(g.solref).chain(g.solimp).map(f64::to_bits).collect()
+}
+
+/// Shapes that can touch, but that Penny has no collider for: one report for each two shapes.
+#[derive(Default)]
+struct Gaps<'a> {
+    missing: BTreeMap<(GeomKind, GeomKind), Gap<'a>>,
+}
+
+/// The first of the pairs of two shapes that have no collider, and how many there are.
+struct Gap<'a> {
+    geom: [usize; 2],
+    spec: Option<&'a spec::Pair>,
+    count: usize,
+}
+
+impl<'a> Gaps<'a> {
+    fn check(&mut self, world: &World, geom: [usize; 2], spec: Option<&'a spec::Pair>) {
+        let [a, b] = geom.map(|g| world.geoms[g].kind);
+        let kinds = (a.min(b), a.max(b));
+        if collider(kinds.0, kinds.1).is_none() {
+            self.missing.entry(kinds).or_insert(Gap { geom, spec, count: 0 }).count += 1;
+        }
+    }
+
+    fn report(self, world: &World, log: &mut Log) {
+        for ((a, b), gap) in self.missing {
+            let [first, second] = gap.geom.map(|g| world.geom_specs[g].node);
+            let name = |g: usize| label("geom", &world.geoms[g].name, g);
+            let more = match gap.count {
+                1 => String::new(),
+                n => format!(" (so can {} more pairs of these shapes)", n - 1),
+            };
+            let help = "keep them apart by `contype` and `conaffinity` or by `<exclude>`, or use other shapes";
+            let kind = ProblemKind::NoCollider { first: shape(a), second: shape(b) };
+            log.error(gap.spec.map_or(first, |p| p.node), kind, help);
+            if gap.spec.is_some() {
+                log.related(first, name(gap.geom[0]));
+            }
+            log.related(second, format!("{} can touch {}{more}", name(gap.geom[0]), name(gap.geom[1])));
+        }
+    }
+}

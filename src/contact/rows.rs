@@ -1,0 +1,304 @@
+//! Contact rows: how a unit force along one direction of a contact moves the trees it touches.
+//!
+//! Every contact law works on the same picture. A contact has up to six directions (normal, two tangents,
+//! spin about the normal, roll about the tangents). Direction k has a row J_k of the contact Jacobian, so that
+//!
+//!     velocity along k      v_k = J_k · vel
+//!     acceleration along k  a_k = J_k · acc          (J̇ qvel is omitted, as in MuJoCo)
+//!     a force f along k     acc += M⁻¹ J_kᵀ f
+//!
+//! Rows come in *sixes*, chunks `[f64; 6]`, so that the loops have a fixed length. A free tree is one six: its
+//! twist at the centre of mass, linear part in world axes, angular part in principal axes, in which M is
+//! diagonal. An articulated tree of nv degrees of freedom is its `qvel`, padded with zeros to ⌈nv/6⌉ sixes.
+
+use std::ops::Range;
+
+use crate::data::{Contact, Data};
+use crate::dynamics;
+use crate::math::{Vec3, Vec6};
+use crate::model::{Model, Tree};
+
+pub type Six = [f64; 6];
+
+#[derive(Clone, Debug, Default)]
+pub struct Rows {
+    /// Velocity and acceleration of every tree, in sixes; tree t has `sixes[t]`.
+    pub vel: Vec<Six>,
+    pub acc: Vec<Six>,
+    sixes: Vec<Range<u32>>,
+    /// J and J M⁻¹ of all rows.
+    jac: Vec<Six>,
+    mjac: Vec<Six>,
+    /// One entry per contact, in the order of `data.contacts`.
+    pub contacts: Vec<ContactRows>,
+    /// Trees that a contact touches.
+    touched: Vec<bool>,
+    /// Scratch: Jacobian columns of one body.
+    columns: Vec<Vec6>,
+    dense: Vec<f64>,
+}
+
+/// The rows of one contact. The first part belongs to the tree of lower index; the second is empty where the
+/// other geom never moves (or moves with the same tree).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactRows {
+    pub parts: [Part; 2],
+    /// Number of rows: 1, 3, 4 or 6.
+    pub dim: usize,
+}
+
+/// Where the rows of a contact act on one tree.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Part {
+    /// Index of the tree; `NONE` for an empty part.
+    pub tree: u32,
+    /// First six of row 0 in `jac`; row k follows k·len later.
+    start: u32,
+    /// Sixes per row.
+    len: u32,
+    /// First six of the tree in `vel` and `acc`.
+    at: u32,
+}
+
+pub const NONE: u32 = u32::MAX;
+
+const EMPTY: Part = Part { tree: NONE, start: 0, len: 0, at: 0 };
+
+#[inline(always)]
+fn dot(a: &Six, b: &Six) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+}
+
+impl Part {
+    #[inline(always)]
+    fn row(&self, k: usize) -> Range<usize> {
+        let start = self.start as usize + k * self.len as usize;
+        start..start + self.len as usize
+    }
+    #[inline(always)]
+    fn tree_sixes(&self) -> Range<usize> {
+        self.at as usize..(self.at + self.len) as usize
+    }
+}
+
+impl Rows {
+    /// Forgets the last step's rows and reads the trees' velocities and smooth accelerations.
+    ///
+    /// Reads: `data.movers` (free trees), `data.qacc_smooth`, `qvel` (nv).
+    pub fn begin(&mut self, model: &Model, qvel: &[f64], data: &Data) {
+        if self.sixes.len() != model.trees.len() {
+            self.lay_out(model);
+        }
+        self.jac.clear();
+        self.mjac.clear();
+        self.contacts.clear();
+        self.touched.fill(false);
+        for contact in &data.contacts {
+            for body in contact.body {
+                let Some(t) = model.bodies[body as usize].tree else { continue };
+                if !self.touched[t] {
+                    self.touched[t] = true;
+                    self.read_tree(t, &model.trees[t], qvel, data);
+                }
+            }
+        }
+    }
+
+    /// Number of trees of the model.
+    pub fn trees(&self) -> usize {
+        self.sixes.len()
+    }
+
+    fn lay_out(&mut self, model: &Model) {
+        let mut next = 0;
+        self.sixes.clear();
+        for tree in &model.trees {
+            let len = tree.dofs.len().div_ceil(6) as u32;
+            self.sixes.push(next..next + len);
+            next += len;
+        }
+        self.vel = vec![[0.0; 6]; next as usize];
+        self.acc = vec![[0.0; 6]; next as usize];
+        self.touched = vec![false; model.trees.len()];
+        let widest = model.trees.iter().map(|t| t.dofs.len()).max().unwrap_or(0);
+        self.columns = vec![Vec6::zeros(); widest];
+        self.dense = vec![0.0; widest];
+    }
+
+    fn read_tree(&mut self, t: usize, tree: &Tree, qvel: &[f64], data: &Data) {
+        let at = self.sixes[t].start as usize;
+        if tree.free.is_some() {
+            let mover = &data.movers[tree.bodies.start];
+            self.vel[at] = mover.vel.into();
+            self.acc[at] = mover.acc.into();
+        } else {
+            for (i, dof) in tree.dofs.clone().enumerate() {
+                self.vel[at + i / 6][i % 6] = qvel[dof];
+                self.acc[at + i / 6][i % 6] = data.qacc_smooth[dof];
+            }
+        }
+    }
+
+    /// Appends the rows of a contact: `dim` directions, the sliding ones taken at `points[side]` on the body of
+    /// that side (world, m).
+    pub fn push(&mut self, model: &Model, data: &Data, contact: &Contact, dim: usize, points: [Vec3; 2]) {
+        let tree_of = |side: usize| model.bodies[contact.body[side] as usize].tree;
+        let mut parts = [EMPTY; 2];
+        let mut used = 0;
+        // The lower tree first; the force acts with + on side 1 and with − on side 0.
+        let sides =
+            if tree_of(1).is_none() || (tree_of(0).is_some() && tree_of(0) < tree_of(1)) { [0, 1] } else { [1, 0] };
+        for side in sides {
+            let Some(t) = tree_of(side) else { continue };
+            let sign = if side == 1 { 1.0 } else { -1.0 };
+            if used == 1 && parts[0].tree == t as u32 {
+                self.fill(model, data, t, contact, side, sign, dim, points[side], parts[0].start as usize);
+                continue;
+            }
+            let len = self.sixes[t].len() as u32;
+            let start = self.jac.len();
+            self.jac.resize(start + dim * len as usize, [0.0; 6]);
+            self.mjac.resize(start + dim * len as usize, [0.0; 6]);
+            parts[used] = Part { tree: t as u32, start: start as u32, len, at: self.sixes[t].start };
+            self.fill(model, data, t, contact, side, sign, dim, points[side], start);
+            used += 1;
+        }
+        self.contacts.push(ContactRows { parts, dim });
+    }
+
+    /// Adds one side's share of the rows that start at six `start`.
+    #[allow(clippy::too_many_arguments)] // one call site, private
+    #[inline]
+    fn fill(
+        &mut self,
+        model: &Model,
+        data: &Data,
+        t: usize,
+        contact: &Contact,
+        side: usize,
+        sign: f64,
+        dim: usize,
+        point: Vec3,
+        start: usize,
+    ) {
+        let tree = &model.trees[t];
+        let frame = &contact.frame;
+        let axis = |k: usize| Vec3::new(frame[(k % 3, 0)], frame[(k % 3, 1)], frame[(k % 3, 2)]) * sign;
+        if tree.free.is_some() {
+            let mover = &data.movers[tree.bodies.start];
+            let arm = point - mover.com;
+            for k in 0..dim {
+                let d = axis(k);
+                let (lin, ang) =
+                    if k < 3 { (d, mover.axes.tr_mul(&arm.cross(&d))) } else { (Vec3::zeros(), mover.axes.tr_mul(&d)) };
+                let j = [lin.x, lin.y, lin.z, ang.x, ang.y, ang.z];
+                self.jac[start + k] = j;
+                self.mjac[start + k] = std::array::from_fn(|i| j[i] * mover.minv[i]);
+            }
+            return;
+        }
+        let nv = tree.dofs.len();
+        let len = self.sixes[t].len();
+        dynamics::jacobian(model, data, contact.body[side] as usize, &point, &mut self.columns[..nv]);
+        for k in 0..dim {
+            let d = axis(k);
+            let row = start + k * len;
+            for (i, column) in self.columns[..nv].iter().enumerate() {
+                let part = if k < 3 { column.fixed_rows::<3>(0) } else { column.fixed_rows::<3>(3) };
+                self.jac[row + i / 6][i % 6] += d.dot(&part);
+                self.dense[i] = self.jac[row + i / 6][i % 6];
+            }
+            dynamics::solve_m(model, data, t, &mut self.dense[..nv]);
+            for (i, x) in self.dense[..nv].iter().enumerate() {
+                self.mjac[row + i / 6][i % 6] = *x;
+            }
+        }
+    }
+
+    /// J_k · x of contact `c`, with `x` the velocity or acceleration of the trees.
+    #[inline]
+    fn along(&self, c: usize, k: usize, x: &[Six]) -> f64 {
+        let mut sum = 0.0;
+        for part in &self.contacts[c].parts {
+            for (j, x) in self.jac[part.row(k)].iter().zip(&x[part.tree_sixes()]) {
+                sum += dot(j, x);
+            }
+        }
+        sum
+    }
+
+    /// Velocity along direction k of contact c.
+    #[inline]
+    pub fn velocity(&self, c: usize, k: usize) -> f64 {
+        self.along(c, k, &self.vel)
+    }
+
+    /// Acceleration along direction k of contact c, with the forces pushed so far.
+    #[inline]
+    pub fn acceleration(&self, c: usize, k: usize) -> f64 {
+        self.along(c, k, &self.acc)
+    }
+
+    /// A_kl = J_k M⁻¹ J_lᵀ between direction k of contact c and direction l of contact e, which touch the same
+    /// trees.
+    #[inline]
+    pub fn compliance(&self, c: usize, k: usize, e: usize, l: usize) -> f64 {
+        let mut sum = 0.0;
+        for (a, b) in self.contacts[c].parts.iter().zip(&self.contacts[e].parts) {
+            for (j, m) in self.jac[a.row(k)].iter().zip(&self.mjac[b.row(l)]) {
+                sum += dot(j, m);
+            }
+        }
+        sum
+    }
+
+    /// Adds a force along direction k of contact c: acc += M⁻¹ J_kᵀ f.
+    #[inline]
+    pub fn push_force(&mut self, c: usize, k: usize, force: f64) {
+        for part in &self.contacts[c].parts {
+            for (m, a) in self.mjac[part.row(k)].iter().zip(&mut self.acc[part.tree_sixes()]) {
+                for i in 0..6 {
+                    a[i] += m[i] * force;
+                }
+            }
+        }
+    }
+
+    /// Turns the trees' accelerations into `data.qacc`, and the change of acceleration of trees that are not free
+    /// bodies into the force behind it:
+    ///
+    ///     qfrc_constraint = M (qacc − qacc_smooth)
+    pub fn finish(&self, model: &Model, data: &mut Data) {
+        data.qacc.copy_from_slice(&data.qacc_smooth);
+        data.qfrc_constraint.fill(0.0);
+        for (t, tree) in model.trees.iter().enumerate() {
+            if !self.touched[t] {
+                continue;
+            }
+            let at = self.sixes[t].start as usize;
+            let dofs = tree.dofs.clone();
+            if let Some(free) = &tree.free {
+                let mover = &data.movers[tree.bodies.start];
+                let change = Vec6::from(self.acc[at]) - mover.acc;
+                let spin = change.fixed_rows::<3>(3).into_owned();
+                let lin =
+                    change.fixed_rows::<3>(0) - (mover.axes * spin).cross(&(mover.com - data.xpos[tree.bodies.start]));
+                let ang = free.axes * spin;
+                for i in 0..3 {
+                    data.qacc[dofs.start + i] += lin[i];
+                    data.qacc[dofs.start + 3 + i] += ang[i];
+                }
+            } else {
+                for (i, dof) in dofs.clone().enumerate() {
+                    data.qacc[dof] = self.acc[at + i / 6][i % 6];
+                }
+                let inertia = &data.qm[data.m_adr[t]..];
+                for (i, dof) in dofs.clone().enumerate() {
+                    let row = &inertia[i * dofs.len()..(i + 1) * dofs.len()];
+                    let change = dofs.clone().map(|d| data.qacc[d] - data.qacc_smooth[d]);
+                    data.qfrc_constraint[dof] = row.iter().zip(change).map(|(m, a)| m * a).sum();
+                }
+            }
+        }
+    }
+}

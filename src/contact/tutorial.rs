@@ -1,0 +1,101 @@
+//! The course's contact law, to the letter.
+//!
+//! Every contact point with depth d > 0 pushes with
+//!
+//!     F_n = k d + c max(0, −v_n)            N; v_n separation speed, m/s: the damper works on approach only
+//!     F_t = −μ F_n tanh(α |v_t|) v_t/|v_t|  N; v_t slip velocity at the touching surface, m/s
+//!     τ_n = −μ_spin F_n sign(ω_n)           N m; about the normal, condim 4 and 6
+//!     τ_t = −μ_roll F_n ω_t/|ω_t|           N m; about the tangents, condim 6
+//!
+//! k (N/m) and c (N s/m) come from `<custom>` numerics `penny.k` and `penny.c`; where the scene gives none, from
+//! solref = (τ, ζ) and the effective mass m of the pair:
+//!
+//!     k = m / (τ ζ)²,   c = 2 m / τ         direct solref (−k', −b'):  k = m k',  c = m b'
+//!
+//! The force acts at the moving body's own surface, as in the course (r = R(θ) c for a corner, [0, −R] for the
+//! circle); between two moving bodies it acts midway, so that action equals reaction.
+//!
+//! Source: C. Xing, Physics Simulation Tutorial (2025), Algorithms 1–4. Algorithm 1 as printed lets the damper
+//! act without contact too; like the course's other algorithms, Penny applies it in contact only.
+
+use super::impedance;
+use super::rows::NONE;
+use super::{Law, surface_points};
+use crate::data::Data;
+use crate::forward::Method;
+use crate::model::{Mix, Model};
+use crate::state::State;
+
+pub static LAW: Law =
+    Law { name: "tutorial", about: "the course's penalty law: k d + c max(0, -v), tanh friction", solve };
+
+/// Steepness of the friction law where the scene gives no `penny.alpha`, s/m: full friction from about 2 cm/s on.
+pub const DEFAULT_ALPHA: f64 = 100.0;
+
+/// Stiffness k (N/m) and damping c (N s/m) of one contact point.
+///
+/// In: `inverse_mass` of the pair, 1/kg (sum of the bodies' `invweight0`).
+pub fn spring_damper(model: &Model, mix: &Mix, inverse_mass: f64, timestep: f64) -> (f64, f64) {
+    // With solimp = (d, d) and d → 1 the reference is the spring and damper of unit mass: K = k/m, B = c/m.
+    let rigid = [1.0; 5];
+    let reference = impedance::Reference::new(&mix.solref, &rigid, timestep, model.opt.flags.refsafe);
+    let k = model.tutorial.k.unwrap_or(reference.stiffness / inverse_mass);
+    let c = model.tutorial.c.unwrap_or(reference.damping / inverse_mass);
+    (k, c)
+}
+
+fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
+    let mut rows = std::mem::take(&mut data.rows);
+    rows.begin(model, &state.qvel, data);
+    for c in 0..data.contacts.len() {
+        let contact = data.contacts[c];
+        let mix = &model.mixes[contact.mix as usize];
+        let depth = -contact.dist;
+        let dim = if depth > 0.0 { mix.condim } else { 0 };
+        rows.push(model, data, &contact, dim, surface_points(&contact, model));
+        data.counts.rows += dim;
+        if dim == 0 || rows.contacts[c].parts[0].tree == NONE {
+            continue;
+        }
+
+        // Normal.
+        let inverse_mass: f64 = contact.body.iter().map(|&b| model.bodies[b as usize].invweight0[0]).sum();
+        let (k, damping) = spring_damper(model, mix, inverse_mass, method.timestep);
+        let normal = k * depth + damping * (-rows.velocity(c, 0)).max(0.0);
+        let mut force = [normal, 0.0, 0.0, 0.0, 0.0, 0.0];
+
+        // Sliding, spinning, rolling.
+        if dim >= 3 {
+            let (v1, v2) = (rows.velocity(c, 1), rows.velocity(c, 2));
+            let speed = v1.hypot(v2);
+            let mu = model.tutorial.mu.unwrap_or(mix.friction[0]);
+            let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
+            if speed > 0.0 {
+                let friction = -mu * normal * (alpha * speed).tanh() / speed;
+                (force[1], force[2]) = (friction * v1, friction * v2);
+            }
+        }
+        if dim >= 4 {
+            force[3] = -mix.friction[2] * normal * sign(rows.velocity(c, 3));
+        }
+        if dim >= 6 {
+            let (w1, w2) = (rows.velocity(c, 4), rows.velocity(c, 5));
+            let speed = w1.hypot(w2);
+            if speed > 0.0 {
+                let torque = -model.tutorial.mu_roll.unwrap_or(mix.friction[3]) * normal / speed;
+                (force[4], force[5]) = (torque * w1, torque * w2);
+            }
+        }
+        for (k, f) in force.iter().enumerate().take(dim) {
+            rows.push_force(c, k, *f);
+        }
+        data.contacts[c].force = force;
+    }
+    rows.finish(model, data);
+    data.rows = rows;
+}
+
+/// −1, 0 or 1: unlike `f64::signum`, zero has no sign.
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
