@@ -43,6 +43,8 @@ pub struct Floor {
     pub color: [f32; 3],
     /// Distance between the grid's lines, m; every fifth one is stronger.
     pub grid: f32,
+    /// How dark they are, 0 to 1.
+    pub ink: f32,
 }
 
 /// A line through points of the world, of a width in pixels.

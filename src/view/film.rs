@@ -32,6 +32,7 @@ const TRAILS: usize = 4;
 impl Film {
     pub fn new(session: &Session, camera: Camera, follow: Option<usize>, fps: f64, speed: f64) -> Film {
         let roots: Vec<usize> = session.model.trees.iter().map(|t| t.bodies.start).collect();
+        let follow = follow.filter(|&b| b < session.model.bodies.len());
         let trails = if roots.len() > TRAILS { Vec::new() } else { roots.iter().map(|&b| (b, Vec::new())).collect() };
         let anchor = follow.map_or_else(Vec3::zeros, |b| session.data.xpos[b]);
         let scale = Scale::of(&session.model);
@@ -43,6 +44,21 @@ impl Film {
         (duration / self.speed * self.fps + 1e-6).floor() as usize + 1
     }
 
+    /// Simulated time of a frame, s.
+    fn time(&self, frame: usize) -> f64 {
+        frame as f64 * self.speed / self.fps
+    }
+
+    /// Whether a step is missing before a frame can be drawn.
+    pub fn wants_step(&self, frame: usize, session: &Session) -> bool {
+        self.filmed < self.time(frame) - 1e-9 * session.method.timestep
+    }
+
+    /// A step of this length was taken, s.
+    pub fn stepped(&mut self, timestep: f64) {
+        self.filmed += timestep;
+    }
+
     /// Takes the steps up to a frame and draws it. A recorded run plays on through `player`.
     ///
     /// Errors: one sentence if the simulation diverges or the recorded run is damaged.
@@ -52,8 +68,7 @@ impl Film {
         session: &mut Session,
         mut player: Option<&mut Player>,
     ) -> Result<DrawList, String> {
-        let time = index as f64 * self.speed / self.fps;
-        while self.filmed < time - 1e-9 * session.method.timestep {
+        while self.wants_step(index, session) {
             if let Some(player) = player.as_deref_mut() {
                 player.feed(session)?;
                 if player.finished(session) {
@@ -70,7 +85,7 @@ impl Film {
             })?;
             self.filmed += h;
         }
-        let between = 1.0 - (self.filmed - time) / session.method.timestep;
+        let between = 1.0 - (self.filmed - self.time(index)) / session.method.timestep;
         Ok(self.draw(session, between))
     }
 
@@ -122,6 +137,12 @@ impl Film {
         let mut list = scene::draw(&session.model, &poses, self.eye(&poses.pos));
         if self.notes.contacts {
             scene::contacts(&mut list, &session.data, &self.scale);
+        }
+        if self.notes.velocity {
+            for tree in &session.model.trees {
+                let (at, velocity) = session.motion(tree.bodies.start);
+                scene::velocity(&mut list, &at, &velocity, &self.scale);
+            }
         }
         for (body, wrench) in session.state.xfrc_applied.iter().enumerate().filter(|_| self.notes.pushes) {
             let force = wrench.fixed_rows::<3>(0).into_owned();

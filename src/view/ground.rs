@@ -18,6 +18,7 @@ pub struct Ground {
     color: V3,
     /// Fine ones; every fifth is strong.
     lines_per_m: f32,
+    ink: f32,
     /// u₀ and a, b, c for the two directions of the grid.
     start: [f32; 2],
     slope: [[f32; 3]; 2],
@@ -39,6 +40,7 @@ impl Ground {
         Ground {
             color: linear_rgb(&floor.color),
             lines_per_m: 1.0 / floor.grid,
+            ink: floor.ink,
             start: [u, v],
             slope: [u_slope, v_slope],
             inverse_depth,
@@ -70,7 +72,7 @@ impl Ground {
         let minor = larger(lines(x, wx), lines(y, wy));
         let major = larger(lines(0.2 * x, 0.28 * wx), lines(0.2 * y, 0.28 * wy));
         let far = depth * self.fog;
-        (1.0 - larger(0.10 * minor, 0.30 * major), far * far / (1.0 + far * far))
+        (1.0 - self.ink * larger(0.10 * minor, 0.30 * major), far * far / (1.0 + far * far))
     }
 
     /// Linear colour at a place, where `open` of the light arrives.

@@ -83,7 +83,7 @@ impl Ledger {
 }
 
 /// Centre of mass of a body, as the kinematics in `data` have it.
-fn com(model: &Model, data: &Data, body: usize) -> Vec3 {
+pub fn com(model: &Model, data: &Data, body: usize) -> Vec3 {
     data.xpos[body] + data.xmat[body] * model.bodies[body].ipos
 }
 

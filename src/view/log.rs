@@ -93,6 +93,18 @@ impl Log {
         Ok(log)
     }
 
+    /// Simulated time that all steps together cover, s.
+    pub fn duration(&self) -> f64 {
+        let (mut h, mut from, mut sum) = (self.timestep, 0, 0.0);
+        for input in &self.inputs {
+            if let Change::Timestep(next) = input.change {
+                sum += h * (input.step - from) as f64;
+                (h, from) = (next, input.step);
+            }
+        }
+        sum + h * self.steps.saturating_sub(from) as f64
+    }
+
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }

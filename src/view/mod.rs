@@ -4,6 +4,8 @@
 //!
 //! The view reads the physics; the physics never learns of frames, cameras or clocks.
 
+#[cfg(feature = "play")]
+pub mod app;
 pub mod camera;
 pub mod clock;
 pub mod controls;
@@ -15,7 +17,9 @@ pub mod history;
 pub mod ledger;
 pub mod log;
 mod mesh;
+pub mod open;
 pub mod paint;
+pub mod pick;
 mod raster;
 pub mod scene;
 pub mod session;

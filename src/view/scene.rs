@@ -5,7 +5,7 @@ use super::draw::{DrawList, Floor, Layer, Thing};
 use super::ledger::contact_force;
 use super::mesh::Shape;
 use super::raster::{M3, V3};
-use super::session::Poses;
+use super::session::{Poses, Session};
 use crate::data::Data;
 use crate::math::{self, Mat3, Vec3};
 use crate::model::{Geom, GeomKind, JointKind, Model};
@@ -56,6 +56,7 @@ pub fn draw(model: &Model, poses: &Poses, camera: Camera) -> DrawList {
                 mat: f32m(&mat),
                 color: floor_color(&geom.rgba),
                 grid: grid(camera.distance),
+                ink: if grey(&geom.rgba) { 1.0 } else { 0.3 },
             }),
             Some(shape) => list.things.push(thing(model, geom, shape, &pos, &mat)),
         }
@@ -119,9 +120,11 @@ fn body_color(geom: &Geom) -> [f32; 4] {
 
 /// A coloured plane keeps its colour; a grey one takes the light theme's.
 fn floor_color(rgba: &[f32; 4]) -> [f32; 3] {
-    let [r, g, b, _] = *rgba;
-    let grey = (r - g).abs() < 0.02 && (g - b).abs() < 0.02;
-    if grey { FLOOR } else { [r, g, b] }
+    if grey(rgba) { FLOOR } else { [rgba[0], rgba[1], rgba[2]] }
+}
+
+fn grey(rgba: &[f32; 4]) -> bool {
+    (rgba[0] - rgba[1]).abs() < 0.02 && (rgba[1] - rgba[2]).abs() < 0.02
 }
 
 /// Distance of the fine lines: 1 m, or that times or over a power of five, so that a view shows some dozens.
@@ -137,6 +140,10 @@ pub struct Notes {
     pub velocity: bool,
     pub pushes: bool,
     pub trail: bool,
+}
+
+impl Notes {
+    pub const NONE: Notes = Notes { contacts: false, velocity: false, pushes: false, trail: false };
 }
 
 impl Default for Notes {
@@ -246,6 +253,21 @@ pub fn framing(model: &Model, poses: &Poses) -> Camera {
         camera.distance = (1.9 * extent).max(0.3);
     }
     camera
+}
+
+/// The camera that a scene is first seen by: a pitch from behind the ball, anything else as it fits the picture.
+pub fn first_look(session: &Session) -> Camera {
+    let model = &session.model;
+    let Some(&[line, ..]) = model.numerics.get("penny.goal").map(Vec::as_slice) else {
+        return framing(model, &session.poses(1.0));
+    };
+    let (target, distance, azimuth, elevation) = if planar(model) {
+        (Vec3::new(line - 2.2, 0.0, 0.9), 8.5, 90f64, -7f64)
+    } else {
+        (Vec3::new(line - 2.6, 0.0, 0.3), 7.2, 18f64, -24f64)
+    };
+    let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+    Camera { target, distance, azimuth, elevation, ..Camera::default() }
 }
 
 /// Whether everything moves in the x-z plane: slides along x and z, hinges about y.

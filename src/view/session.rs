@@ -2,7 +2,7 @@
 //! the inputs down. It knows steps, not frames or clocks, so any frame rate gives the same bits.
 
 use super::ledger::{self, Ledger};
-use super::log::{Change, Input, Log, Start, VERSION};
+use super::log::{self, Change, Input, Log, Start, VERSION};
 use crate::data::Data;
 use crate::forward::{Diverged, Method, step};
 use crate::math::{Quat, Vec3, Vec6};
@@ -171,9 +171,36 @@ impl Session {
         Poses::between(&self.previous, &self.current, t.clamp(0.0, 1.0))
     }
 
+    /// A sentence about a step that failed.
+    pub fn diverged(&self, d: &Diverged) -> String {
+        let body = &self.model.bodies[d.body].name;
+        format!("the simulation diverged at {:.4} s: {}[{}] of `{body}` is {:e}; try a smaller timestep", d.time, d.quantity, d.index, d.value)
+    }
+
+    /// Hash of the bits of time, positions and velocities: equal if two sessions are in the same state.
+    pub fn state_hash(&self) -> String {
+        let numbers = std::iter::once(&self.state.time).chain(&self.state.qpos).chain(&self.state.qvel);
+        log::hash(&numbers.flat_map(|x| x.to_bits().to_le_bytes()).collect::<Vec<u8>>())
+    }
+
+    /// Where it has come to, in one line.
+    pub fn summary(&self) -> String {
+        let place = self.model.trees.first().map_or_else(String::new, |tree| {
+            let (body, p) = (&self.model.bodies[tree.bodies.start], self.data.xpos[tree.bodies.start]);
+            format!(", {} at {:.4} {:.4} {:.4}", body.name, p.x, p.y, p.z)
+        });
+        format!("{} steps, {:.4} s{place}, state {}", self.steps, self.state.time, self.state_hash())
+    }
+
     /// Speed of a body's centre of mass, m/s.
     pub fn speed(&self, body: usize) -> f64 {
         ledger::twists(&self.model, &self.data).get(body).map_or(0.0, |t| t.fixed_rows::<3>(0).norm())
+    }
+
+    /// Centre of mass of a body, m, and its velocity, m/s.
+    pub fn motion(&self, body: usize) -> (Vec3, Vec3) {
+        let twist = ledger::twists(&self.model, &self.data)[body];
+        (ledger::com(&self.model, &self.data, body), twist.fixed_rows::<3>(0).into_owned())
     }
 
     /// Back to where the session began, under the method and with the changes of now.

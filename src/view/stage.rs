@@ -11,11 +11,13 @@ use super::game::report::{self, Shot};
 use super::game::{Game, Outcome};
 use super::history::History;
 use super::log::Change;
+use super::open;
 use super::scene;
-use super::session::{Player, Session};
+use super::session::{Player, Session, Source};
 use crate::contact;
 use crate::math::{Vec3, Vec6};
 use crate::model::Model;
+use crate::state::State;
 
 pub struct Stage {
     pub session: Session,
@@ -65,13 +67,11 @@ const GHOST: [f32; 3] = [0.55, 0.30, 0.75];
 const CHIP: f64 = 0.55;
 
 impl Stage {
-    pub fn new(session: Session, seed: u64, level: Option<usize>) -> Stage {
+    /// A stage to play on: a scene with a goal is a game if `play` is set.
+    pub fn new(session: Session, seed: u64, level: Option<usize>, play: bool) -> Stage {
         let level = level.unwrap_or_else(|| Game::first_level(&session.model));
-        let game = Game::new(&session, level, seed);
-        let home = match &game {
-            Some(game) => pitch_side(game, &session),
-            None => scene::framing(&session.model, &session.poses(1.0)),
-        };
+        let game = play.then(|| Game::new(&session, level, seed)).flatten();
+        let home = scene::first_look(&session);
         let body = game.as_ref().map_or_else(|| first_moving(&session.model), |g| g.rules.ball);
         let film = Film::new(&session, home, None, 60.0, 1.0);
         let mut stage = Stage {
@@ -94,11 +94,67 @@ impl Stage {
         stage
     }
 
+    /// A stage that a film is made of: what is seen is in the film's hands.
+    pub fn watch(session: Session, film: Film, player: Option<Player>) -> Stage {
+        let mut stage = Stage::new(session, 0, None, false);
+        stage.film = film;
+        stage.player = player;
+        stage.paused = true;
+        stage
+    }
+
+    /// Takes the steps up to a frame of the film.
+    ///
+    /// Errors: the simulation diverged, or a recorded session is damaged.
+    pub fn advance(&mut self, frame: usize) -> Result<(), String> {
+        while self.film.wants_step(frame, &self.session) {
+            if !self.step() {
+                let over = self.player.as_ref().is_some_and(|p| p.finished(&self.session));
+                return if over { Ok(()) } else { Err(self.message.clone()) };
+            }
+            self.film.stepped(self.session.method.timestep);
+        }
+        Ok(())
+    }
+
     /// Plays a recorded session instead of the keyboard.
     pub fn replay(&mut self, player: Player) {
         self.game = None;
         self.player = Some(player);
         self.message = "replaying a recorded session".to_owned();
+    }
+
+    /// Puts another version of the scene in place of this one. What the player chose stays: camera, notes, body, and
+    /// law, integrator and timestep where they differ from the old file's.
+    pub fn reload(&mut self, model: Model, hash: String) {
+        let (old, now) = (self.session.original(), self.session.method);
+        let (Ok(was), Ok(mut method)) = (open::method(old), open::method(&model)) else {
+            self.message = "the saved scene asks for a law or an integrator that there is not".to_owned();
+            return;
+        };
+        if now.contact.name != was.contact.name {
+            method.contact = now.contact;
+        }
+        if now.integrator.name != was.integrator.name {
+            method.integrator = now.integrator;
+        }
+        if now.timestep != was.timestep {
+            method.timestep = now.timestep;
+        }
+        let source = Source { hash, ..self.session.source.clone() };
+        let state = State::new(&model);
+        self.session = Session::new(model, method, state, source);
+        let notes = self.film.notes;
+        self.film = Film::new(&self.session, self.film.camera, self.film.follow, self.film.fps, self.film.speed);
+        self.film.notes = notes;
+        if self.controls.body >= self.session.model.bodies.len() {
+            self.controls.body = first_moving(&self.session.model);
+        }
+        self.player = None;
+        self.game = self.game.take().and_then(|g| Game::new(&self.session, g.level, g.seed));
+        self.serve();
+        self.begin_again();
+        self.message = "the scene was saved and is loaded again".to_owned();
     }
 
     /// Looks at the scene as at the start.
@@ -145,11 +201,7 @@ impl Stage {
             }
         }
         if let Err(d) = self.session.step() {
-            let body = &self.session.model.bodies[d.body].name;
-            self.stop(format!(
-                "the simulation diverged at {:.4} s: {}[{}] of `{body}` is {:e}; try a smaller timestep, then R",
-                d.time, d.quantity, d.index, d.value
-            ));
+            self.stop(self.session.diverged(&d));
             return false;
         }
         self.step_ghost();
@@ -356,15 +408,4 @@ impl Stage {
 
 fn first_moving(model: &Model) -> usize {
     model.trees.first().map_or(0, |tree| tree.bodies.start)
-}
-
-/// Behind the ball, looking at the goal; from the side for the flat level.
-fn pitch_side(game: &Game, session: &Session) -> Camera {
-    let line = game.rules.line;
-    if scene::planar(&session.model) {
-        let target = Vec3::new(line - 2.2, 0.0, 0.9);
-        return Camera { target, distance: 8.5, azimuth: 90f64.to_radians(), elevation: -7f64.to_radians(), ..Camera::default() };
-    }
-    let target = Vec3::new(line - 2.6, 0.0, 0.3);
-    Camera { target, distance: 7.2, azimuth: 18f64.to_radians(), elevation: -24f64.to_radians(), ..Camera::default() }
 }

@@ -7,6 +7,10 @@ mod compile;
 mod models;
 mod mujoco_law;
 mod penalty;
+mod picture;
 mod sim;
 mod smooth;
 mod tutorial;
+mod view;
+#[cfg(feature = "play")]
+mod window;

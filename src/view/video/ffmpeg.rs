@@ -11,6 +11,12 @@ use crate::view::paint::Image;
 pub const H264: &[&str] = &["-c:v", "libx264", "-preset", "medium", "-crf", "18", "-movflags", "+faststart"];
 pub const VP9: &[&str] = &["-c:v", "libvpx-vp9", "-crf", "28", "-b:v", "0", "-row-mt", "1", "-cpu-used", "4"];
 
+/// Whether the program is there.
+pub fn has_ffmpeg() -> bool {
+    let quiet = Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    quiet.is_ok_and(|status| status.success())
+}
+
 pub struct Ffmpeg {
     child: Child,
 }

@@ -8,6 +8,7 @@ mod png;
 use std::path::Path;
 
 use super::paint::Image;
+pub use ffmpeg::has_ffmpeg;
 
 /// A kind of file, chosen by its name's ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
