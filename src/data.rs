@@ -4,8 +4,9 @@
 //! allocate. Per-body arrays are indexed like `model.bodies`.
 
 use crate::collision::detect::Scratch;
-use crate::contact::penalty;
+use crate::contact::mujoco::solver::Outcome;
 use crate::contact::rows::Rows;
+use crate::contact::{mujoco, penalty};
 use crate::dynamics;
 use crate::dynamics::plan::Plan;
 use crate::dynamics::spatial::Inertia;
@@ -73,10 +74,13 @@ pub struct Data {
     /// Generalized force of contacts, limits and dry friction (nv).
     pub qfrc_constraint: Vec<f64>,
     pub counts: Counts,
+    /// Of the `mujoco` law's last solve: the island that took most.
+    pub solver: Outcome,
 
     // Scratch of the contact laws and of `implicit-euler`.
     pub rows: Rows,
     pub penalty: penalty::Scratch,
+    pub mujoco: mujoco::Scratch,
     pub newton: Newton,
 }
 
@@ -216,6 +220,8 @@ impl Data {
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             counts: Counts::default(),
+            solver: Outcome::default(),
+            mujoco: mujoco::Scratch::default(),
             rows: Rows::default(),
             penalty: penalty::Scratch::default(),
             newton: Newton::default(),

@@ -9,11 +9,13 @@ pub mod compile;
 pub mod contact;
 pub mod data;
 pub mod dynamics;
+pub mod explain;
 pub mod forward;
 pub mod integrate;
 pub mod math;
 pub mod mjcf;
 pub mod model;
+pub mod record;
 pub mod state;
 pub mod view;
 

@@ -283,7 +283,7 @@ impl Pair {
         let [a, b] = geom.map(|g| &geoms[g]);
         let reach = a.rbound + b.rbound + mix.margin + mix.gap;
         let bound = match (a.kind, b.kind) {
-            (Plane | Sphere, Sphere) => Bound::None,
+            (Plane, Sphere) => Bound::None,
             (Plane, _) => Bound::Height(reach),
             _ => Bound::Distance2(reach * reach),
         };

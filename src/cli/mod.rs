@@ -1,1 +1,97 @@
-//! The command line.
+//! The command line: one file a command. Data goes to standard output only where it was asked for; all else that is
+//! said goes to standard error.
+
+mod bench;
+mod check;
+mod compare;
+mod explain;
+mod format;
+mod mujoco;
+mod play;
+mod render;
+mod run;
+mod scene;
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// A pocket-sized rigid-body simulator that reads MuJoCo's MJCF files.
+#[derive(Parser)]
+#[command(name = "penny", version, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(override_usage = "penny SCENE.xml [OPTIONS]      the same as penny run\n       penny COMMAND …")]
+#[command(after_help = "penny COMMAND --help lists the options of a command.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Simulate a scene (also without the word: `penny SCENE.xml`)
+    Run(run::Args),
+    /// Report every problem of scene files; exit code 1 if there is an error
+    Check(check::Args),
+    /// Say what a scene requires, and what its numbers mean in SI units
+    Explain(explain::Args),
+    /// Run a scene beside the real MuJoCo: differences and speed
+    Compare(compare::Args),
+    /// Measure nanoseconds per step of every law and integrator
+    Bench(bench::Args),
+    /// The interactive simulator and the game
+    Play(play::Args),
+    /// Pictures and videos, without a display
+    Render(render::Args),
+}
+
+/// Why a command ended early. Each holds all that there is to say.
+enum Failure {
+    /// The scene or the run has a problem: exit code 1.
+    Problem(String),
+    /// The command line asks for what cannot be: exit code 2.
+    Usage(String),
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Failure {
+        Failure::Problem(format!("error: {error}"))
+    }
+}
+
+/// Runs the program. `allocations` tells how often memory was allocated so far; `bench` reports the difference.
+pub fn main(allocations: fn() -> usize) -> ExitCode {
+    let cli = Cli::parse_from(with_command(std::env::args_os().collect()));
+    let outcome = match &cli.command {
+        Command::Run(args) => run::run(args),
+        Command::Check(args) => check::check(args),
+        Command::Explain(args) => explain::explain(args),
+        Command::Compare(args) => compare::compare(args),
+        Command::Bench(args) => bench::bench(args, allocations),
+        Command::Play(args) => play::play(args),
+        Command::Render(args) => render::render(args),
+    };
+    let (text, code) = match outcome {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Problem(text)) => (text, 1),
+        Err(Failure::Usage(text)) => (text, 2),
+    };
+    eprintln!("{}", text.trim_end());
+    ExitCode::from(code)
+}
+
+/// Inserts `run` where the first argument is no command but a file or an option.
+fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
+    let own = ["-h", "--help", "-V", "--version"];
+    let is_run = args.get(1).is_some_and(|first| {
+        let text = first.to_string_lossy();
+        let option = text.starts_with('-') && !own.contains(&text.as_ref());
+        // A word that is neither stays: the command line's parser knows how to suggest the nearest command.
+        option || text.contains(['.', '/', '\\']) || Path::new(first).exists()
+    });
+    if is_run {
+        args.insert(1, "run".into());
+    }
+    args
+}

@@ -33,6 +33,9 @@ const DUPLICATE: f64 = 1e-14;
 /// A vertex this close to a corner, relative to the half-size, is named after the corner.
 const AT_CORNER: f64 = 1.0 - 1e-6;
 
+/// Each axis with the two that follow it.
+const CYCLES: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
+
 /// The two boxes seen from each other.
 struct Boxes<'a> {
     a: &'a Placed<'a>,
@@ -94,15 +97,20 @@ fn separation(boxes: &Boxes, slack: f64) -> Option<Axis> {
     }
     let mut best = face;
     let mut edges = None;
-    for i in 0..3 {
-        for j in 0..3 {
-            let Some(sep) = edge_separation(boxes, &abs, i, j) else { continue };
+    for i in CYCLES {
+        for j in CYCLES {
+            let (gap, norm2) = edge_gap(boxes, &abs, i, j);
+            // gap / norm ≤ best, without the root: squares keep the order if they keep the sign.
+            if norm2 < PARALLEL || gap * gap.abs() <= best * best.abs() * norm2 {
+                continue;
+            }
+            let sep = gap / norm2.sqrt();
             if sep > slack {
                 return None;
             }
             if sep - EDGE_BIAS * sep.abs() > best && sep > face {
                 best = sep;
-                edges = Some((i, j));
+                edges = Some((i[0], j[0]));
             }
         }
     }
@@ -118,24 +126,18 @@ fn separation(boxes: &Boxes, slack: f64) -> Option<Axis> {
     Some(Axis::Edges(i, j))
 }
 
-/// Separation along e_i × R e_j; none where these are parallel.
+/// Separation along m = e_i × R_j times |m|, and |m|².
 ///
-/// With m = e_i × R_j, whose i-th component is 0, and b's radius from m·R_k = (e_i × R_j)·R_k = ±R_il, which
-/// saves a second rotation:
+///     sep |m| = |m·p| − Σ_{k≠i} a_k |m_k| − Σ_{k≠j} b_k |m·R_k|,     |m·R_k| = |(R_j × R_k)_i| = |R_il|
 ///
-///     sep = (|m·p| − Σ_{k≠i} a_k |m_k| − Σ_{k≠j} b_k |R_il|) / |m|,     l the third axis beside j and k
-fn edge_separation(boxes: &Boxes, abs: &Mat3, i: usize, j: usize) -> Option<f64> {
-    let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+/// with p the centre and R_k the axes of b in a, a_k and b_k half-sizes, l the third axis beside j and k.
+fn edge_gap(boxes: &Boxes, abs: &Mat3, [i, i1, i2]: [usize; 3], [j, j1, j2]: [usize; 3]) -> (f64, f64) {
     let (m1, m2) = (-boxes.rot[(i2, j)], boxes.rot[(i1, j)]);
-    let norm2 = m1 * m1 + m2 * m2;
-    if norm2 < PARALLEL {
-        return None;
-    }
-    let reach = boxes.a.size[i1] * m1.abs()
-        + boxes.a.size[i2] * m2.abs()
+    let reach = boxes.a.size[i1] * abs[(i2, j)]
+        + boxes.a.size[i2] * abs[(i1, j)]
         + boxes.b.size[j1] * abs[(i, j2)]
         + boxes.b.size[j2] * abs[(i, j1)];
-    Some(((m1 * boxes.b_in_a[i1] + m2 * boxes.b_in_a[i2]).abs() - reach) / norm2.sqrt())
+    ((m1 * boxes.b_in_a[i1] + m2 * boxes.b_in_a[i2]).abs() - reach, m1 * m1 + m2 * m2)
 }
 
 /// unit(e_i × R e_j), in a's axes.

@@ -1,11 +1,15 @@
 //! Where shapes touch: one file a shape, one table [`collider`].
 //!
 //! Contact points, their order, frames and signs are MuJoCo's: the normal points from the first geom to the
-//! second, `dist` is negative in penetration, and the point lies midway between the two surfaces.
+//! second, `dist` is negative in penetration, and the point lies midway between the two surfaces. Pairs for which
+//! MuJoCo has no closed form either are right as geometry, but their points may be others ([`exact`]).
 
 mod boxes;
 mod capsule;
+mod capsule_box;
+mod convex;
 pub mod detect;
+mod patch;
 mod plane;
 mod sphere;
 pub mod sweep;
@@ -97,9 +101,30 @@ pub fn collider(a: GeomKind, b: GeomKind) -> Option<Collider> {
         (Sphere, Cylinder) => sphere::sphere_cylinder,
         (Sphere, Box) => sphere::sphere_box,
         (Capsule, Capsule) => capsule::capsule_capsule,
+        (Capsule, Box) => capsule_box::capsule_box,
         (Box, Box) => boxes::box_box,
+        (Sphere, Ellipsoid) => |a, b, margin, out| convex::convex([Sphere, Ellipsoid], a, b, margin, out),
+        (Capsule, Ellipsoid) => |a, b, margin, out| convex::convex([Capsule, Ellipsoid], a, b, margin, out),
+        (Capsule, Cylinder) => |a, b, margin, out| convex::convex([Capsule, Cylinder], a, b, margin, out),
+        (Ellipsoid, Ellipsoid) => |a, b, margin, out| convex::convex([Ellipsoid, Ellipsoid], a, b, margin, out),
+        (Ellipsoid, Cylinder) => |a, b, margin, out| convex::convex([Ellipsoid, Cylinder], a, b, margin, out),
+        (Ellipsoid, Box) => |a, b, margin, out| convex::convex([Ellipsoid, Box], a, b, margin, out),
+        (Cylinder, Cylinder) => |a, b, margin, out| convex::convex([Cylinder, Cylinder], a, b, margin, out),
+        (Cylinder, Box) => |a, b, margin, out| convex::convex([Cylinder, Box], a, b, margin, out),
         _ => return None,
     })
+}
+
+/// Whether Penny's contacts of two kinds (the lower first) are MuJoCo's to rounding. The others are right as
+/// geometry, but MuJoCo stops its search early and may choose other points to stand for an area.
+pub fn exact(a: GeomKind, b: GeomKind) -> bool {
+    use GeomKind::*;
+    !matches!(
+        (a, b),
+        (Sphere | Capsule | Ellipsoid, Ellipsoid)
+            | (Capsule | Ellipsoid | Cylinder, Cylinder)
+            | (Ellipsoid | Cylinder, Box)
+    )
 }
 
 /// The contact frame: rows are the normal and two tangents.

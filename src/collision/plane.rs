@@ -112,16 +112,24 @@ pub fn plane_box(plane: &Placed, cuboid: &Placed, margin: f64, out: &mut Hits) {
     }
     let mut left = 4;
     for corner in 0..8u32 {
-        let sign = [0, 1, 2].map(|i| if corner >> i & 1 == 1 { 1.0 } else { -1.0 });
+        let sign = CORNER[corner as usize];
         let up = sign[0] * rise[0] + sign[1] * rise[1] + sign[2] * rise[2];
-        if up > 0.0 || h + up > margin {
-            continue;
-        }
-        let x = cuboid.pos + edge[0] * sign[0] + edge[1] * sign[1] + edge[2] * sign[2];
-        out.push(hit(x, &n, h + up, corner));
-        left -= 1;
-        if left == 0 {
-            return;
+        if up <= 0.0 && h + up <= margin && left > 0 {
+            let x = cuboid.pos + edge[0] * sign[0] + edge[1] * sign[1] + edge[2] * sign[2];
+            out.push(hit(x, &n, h + up, corner));
+            left -= 1;
         }
     }
 }
+
+/// Signs of a box's corners.
+const CORNER: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+    [1.0, 1.0, 1.0],
+];

@@ -27,6 +27,16 @@ pub fn actuators(world: &World, spec: &Spec, log: &mut Log) -> Vec<Actuator> {
     actuators
 }
 
+/// A free joint whose actuator depends on its velocity is no case for the closed form: `implicitfast` couples its
+/// six dofs.
+pub fn closed_forms(world: &mut World, actuators: &[Actuator]) {
+    for actuator in actuators.iter().filter(|a| a.bias[2] != 0.0) {
+        if let Some(tree) = world.bodies[world.joints[actuator.joint].body].tree {
+            world.trees[tree].free = None;
+        }
+    }
+}
+
 /// A range that applies: given, and neither switched off nor left open by `autolimits="false"`.
 fn range(
     actuator: &spec::Actuator,

@@ -11,6 +11,14 @@ pub const EPS: f64 = 1e-14;
 pub struct NoDirection {
     pub attribute: &'static str,
     pub why: &'static str,
+    /// It stands in a `<frame>` around the element.
+    pub in_frame: bool,
+}
+
+impl NoDirection {
+    pub fn new(attribute: &'static str, why: &'static str) -> NoDirection {
+        NoDirection { attribute, why, in_frame: false }
+    }
 }
 
 /// Pose of an item in its body's frame: every `<frame>` around it, outermost first, then its own pose.
@@ -22,7 +30,9 @@ pub fn pose(pose: &Pose, compiler: &Compiler) -> Result<(Vec3, Quat), NoDirectio
 /// Takes a pose inside `<frame>` elements (outermost first) to the body's frame.
 pub fn in_frames(frames: &[Pose], inner: (Vec3, Quat), compiler: &Compiler) -> Result<(Vec3, Quat), NoDirection> {
     frames.iter().rev().try_fold(inner, |(pos, quat), frame| {
-        let (frame_pos, frame_quat) = (Vec3::from(frame.pos), orientation(&frame.orientation, compiler)?);
+        let turned = orientation(&frame.orientation, compiler);
+        let (frame_pos, frame_quat) =
+            (Vec3::from(frame.pos), turned.map_err(|what| NoDirection { in_frame: true, ..what })?);
         Ok((frame_pos + frame_quat * pos, frame_quat * quat))
     })
 }
@@ -38,14 +48,14 @@ pub fn in_frames(frames: &[Pose], inner: (Vec3, Quat), compiler: &Compiler) -> R
 /// Source: MuJoCo manual, Modeling › Frame orientations.
 pub fn orientation(orientation: &Orientation, compiler: &Compiler) -> Result<Quat, NoDirection> {
     let unit = |attribute: &'static str, v: Vec3| {
-        if v.norm() < EPS { Err(NoDirection { attribute, why: "its length is zero" }) } else { Ok(v / v.norm()) }
+        if v.norm() < EPS { Err(NoDirection::new(attribute, "its length is zero")) } else { Ok(v / v.norm()) }
     };
     let radian = |angle: f64| if compiler.degree { angle.to_radians() } else { angle };
     Ok(match *orientation {
         Orientation::None => Quat::identity(),
         Orientation::Quat(q) => {
             if nalgebra::Vector4::from(q).norm() < EPS {
-                return Err(NoDirection { attribute: "quat", why: "its length is zero" });
+                return Err(NoDirection::new("quat", "its length is zero"));
             }
             math::quat(&q)
         }
@@ -56,7 +66,7 @@ pub fn orientation(orientation: &Orientation, compiler: &Compiler) -> Result<Qua
             let y = Vec3::new(d, e, f);
             let y = y - x * x.dot(&y);
             if y.norm() < EPS {
-                return Err(NoDirection { attribute: "xyaxes", why: "its two axes are parallel" });
+                return Err(NoDirection::new("xyaxes", "its two axes are parallel"));
             }
             let y = y / y.norm();
             from_columns(&Mat3::from_columns(&[x, y, x.cross(&y)]))
@@ -103,7 +113,7 @@ pub fn fromto(p: &[f64; 6]) -> Result<(Vec3, Quat, f64), NoDirection> {
     let (a, b) = (math::vec3(&p[..3]), math::vec3(&p[3..]));
     let length = (a - b).norm();
     if length < EPS {
-        return Err(NoDirection { attribute: "fromto", why: "its two points coincide" });
+        return Err(NoDirection::new("fromto", "its two points coincide"));
     }
     Ok((0.5 * (a + b), from_z(&((a - b) / length)), 0.5 * length))
 }

@@ -40,8 +40,11 @@ pub fn tensor(moments: &Vec3, quat: &Quat) -> Mat3 {
 }
 
 /// Principal moments, largest first, and the axes (columns, right-handed; the largest components of the first two
-/// are positive, so that axes that are in order already come out as the identity).
-pub fn principal(tensor: &Mat3) -> (Vec3, Mat3) {
+/// are positive, so that axes that are in order already come out as the identity). `None`: a number overflowed.
+pub fn principal(tensor: &Mat3) -> Option<(Vec3, Mat3)> {
+    if !tensor.iter().all(|i| i.is_finite()) {
+        return None;
+    }
     let eigen = tensor.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
@@ -49,7 +52,7 @@ pub fn principal(tensor: &Mat3) -> (Vec3, Mat3) {
         let axis = eigen.eigenvectors.column(order[k]).into_owned();
         axis * axis[axis.iamax()].signum()
     });
-    (Vec3::from(order.map(|k| eigen.eigenvalues[k])), Mat3::from_columns(&[x, y, x.cross(&y)]))
+    Some((Vec3::from(order.map(|k| eigen.eigenvalues[k])), Mat3::from_columns(&[x, y, x.cross(&y)])))
 }
 
 /// Volume (m³) of a shape, or the area (m²) of its surface.

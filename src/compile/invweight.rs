@@ -1,133 +1,120 @@
 //! How lightly each body and joint moves at `qpos0`: the scale of constraint softness.
 
-use nalgebra::{Cholesky, DMatrix, Dyn};
+use crate::data::Data;
+use crate::dynamics;
+use crate::math::{Vec3, Vec6};
+use crate::model::{FreeBody, JointKind, Model, Tree};
 
-use super::inertia;
-use crate::math::{self, Mat3, Quat, Vec3};
-use crate::model::{Body, Dof, Joint, JointKind, Tree};
-
-/// Fills `invweight0` of the bodies and dofs of one tree.
+/// Fills `invweight0` of all bodies and dofs.
 ///
-///     M = Σ_b J_bᵀ diag(m, I) J_b + diag(armature),   A_b = J_b M⁻¹ J_bᵀ   at qpos0, J_b at the centre of mass
+///     A_b = J_b M⁻¹ J_bᵀ at qpos0, J_b the Jacobian of the body's centre of mass
 ///     invweight0(body) = (mean of the three translational, mean of the three rotational diagonals of A_b)
 ///     invweight0(dof)  = diagonal of M⁻¹; for free and ball joints the mean of each block of three
 ///
-/// At qpos0 every joint is at its reference, so bodies have the poses of the file. A lone body that only slides
-/// along its principal axes is a case of its own in MuJoCo: 1/m for the body and every dof, whatever the armature.
-///
-/// Errors: the index of the first dof that moves nothing the dofs before it do not move: M is singular.
+/// Errors: the index of a dof that moves nothing the other dofs of its tree do not move: M is singular.
 ///
 /// Source: MuJoCo manual, Computation › Constraint model › Diagonal regularizer.
-pub fn fill(tree: &Tree, bodies: &mut [Body], joints: &[Joint], dofs: &mut [Dof]) -> Result<(), usize> {
-    let jacobians = jacobians(tree, bodies, joints);
-    let n = tree.dofs.len();
-    let mut m = DMatrix::zeros(n, n);
-    for (b, (j, body_tensor)) in tree.bodies.clone().zip(&jacobians) {
-        let (linear, angular) = (j.rows(0, 3), j.rows(3, 3));
-        m += bodies[b].mass * linear.transpose() * linear + angular.transpose() * body_tensor * angular;
-    }
-    for (i, dof) in dofs[tree.dofs.clone()].iter().enumerate() {
-        m[(i, i)] += dof.armature;
-    }
-    let factor = factor(&m).map_err(|i| tree.dofs.start + i)?;
-    if slides_simply(tree, bodies, joints) {
-        let light = 1.0 / bodies[tree.bodies.start].mass;
-        bodies[tree.bodies.start].invweight0 = [light, 0.0];
-        dofs[tree.dofs.clone()].iter_mut().for_each(|dof| dof.invweight0 = light);
-        return Ok(());
-    }
-
-    for (b, (j, _)) in tree.bodies.clone().zip(&jacobians) {
-        let a = j * factor.solve(&j.transpose());
-        let mean = |k: usize| (a[(k, k)] + a[(k + 1, k + 1)] + a[(k + 2, k + 2)]) / 3.0;
-        bodies[b].invweight0 = [mean(0), mean(3)];
-    }
-    let inverse = factor.inverse();
-    for (i, dof) in dofs[tree.dofs.clone()].iter_mut().enumerate() {
-        let joint = &joints[dof.joint];
-        let block = match joint.kind {
-            JointKind::Free | JointKind::Ball => 3,
-            JointKind::Slide | JointKind::Hinge => 1,
-        };
-        let in_joint = tree.dofs.start + i - joint.dofadr;
-        let first = i - in_joint % block;
-        dof.invweight0 = (first..first + block).map(|k| inverse[(k, k)]).sum::<f64>() / block as f64;
+pub fn fill(model: &mut Model) -> Result<(), usize> {
+    let mut data = Data::new(model);
+    for t in 0..model.trees.len() {
+        if let Some(free) = model.trees[t].free.clone() {
+            fill_free(model, t, &free);
+            continue;
+        }
+        dynamics::inertia_matrix(model, t, &mut data);
+        check_pivots(&model.trees[t], &data, t)?;
+        if slides_simply(model, &model.trees[t]) {
+            fill_simple(model, t);
+        } else {
+            fill_articulated(model, t, &data);
+        }
     }
     Ok(())
 }
 
+/// A rigid body of mass m and inertia I, seen at r from its centre of mass along the unit vectors e:
+///
+///     A_ee = 1/m + (r × e)·I⁻¹(r × e)
+fn fill_free(model: &mut Model, t: usize, free: &FreeBody) {
+    let lightness = |point: Vec3| {
+        let arm = free.axes.transpose() * (point - free.com);
+        let turning = |e: Vec3| arm.cross(&e).component_div(&free.inertia).dot(&arm.cross(&e));
+        1.0 / free.mass + (turning(Vec3::x()) + turning(Vec3::y()) + turning(Vec3::z())) / 3.0
+    };
+    let rotational = free.inertia.map(|i| 1.0 / i).mean();
+    let Tree { bodies, dofs, .. } = model.trees[t].clone();
+    let mut poses = vec![(Vec3::zeros(), crate::math::Quat::identity())];
+    for b in bodies.clone() {
+        if b > bodies.start {
+            let (pos, quat) = poses[model.bodies[b].parent - bodies.start];
+            poses.push((pos + quat * model.bodies[b].pos, quat * model.bodies[b].quat));
+        }
+        let (pos, quat) = poses[b - bodies.start];
+        model.bodies[b].invweight0 = [lightness(pos + quat * model.bodies[b].ipos), rotational];
+    }
+    for (i, dof) in model.dofs[dofs].iter_mut().enumerate() {
+        dof.invweight0 = if i < 3 { lightness(Vec3::zeros()) } else { rotational };
+    }
+}
+
 /// MuJoCo's `body_simple` 2: one body, its inertial frame its own, joints that slide along axes of that frame.
-fn slides_simply(tree: &Tree, bodies: &[Body], joints: &[Joint]) -> bool {
-    let body = &bodies[tree.bodies.start];
-    let along_axis = |j: &Joint| j.axis.iter().filter(|x| **x != 0.0).count() == 1 && j.pos == Vec3::zeros();
+fn slides_simply(model: &Model, tree: &Tree) -> bool {
+    let body = &model.bodies[tree.bodies.start];
+    let along_axis = |axis: &Vec3| axis.iter().filter(|x| **x != 0.0).count() == 1;
     tree.bodies.len() == 1
         && body.ipos == Vec3::zeros()
         && body.iquat.w.abs() == 1.0
-        && joints[body.joints.clone()].iter().all(|j| j.kind == JointKind::Slide && along_axis(j))
+        && model.joints[body.joints.clone()]
+            .iter()
+            .all(|j| j.kind == JointKind::Slide && along_axis(&j.axis) && j.pos == Vec3::zeros())
 }
 
-/// Cholesky factor; Errors: the first dof whose pivot is nothing but rounding.
-fn factor(m: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>, usize> {
-    let n = m.nrows();
-    let found = Cholesky::new(m.clone()).filter(|c| (0..n).all(|i| c.l_dirty()[(i, i)].powi(2) > 1e-13 * m[(i, i)]));
-    found.ok_or_else(|| {
-        (0..n)
-            .find(|&i| {
-                let part = Cholesky::new(m.view((0, 0), (i + 1, i + 1)).into_owned());
-                part.is_none_or(|c| c.l_dirty()[(i, i)].powi(2) <= 1e-13 * m[(i, i)])
-            })
-            .unwrap_or(0)
-    })
+/// A case of its own in MuJoCo: 1/m for the body and every dof, whatever the armature.
+fn fill_simple(model: &mut Model, t: usize) {
+    let body = model.trees[t].bodies.start;
+    let light = 1.0 / model.bodies[body].mass;
+    model.bodies[body].invweight0 = [light, 0.0];
+    let dofs = model.trees[t].dofs.clone();
+    model.dofs[dofs].iter_mut().for_each(|dof| dof.invweight0 = light);
 }
 
-/// Per body of the tree: velocity of its centre of mass and of its turning per unit of each dof's velocity
-/// (6 × dofs of the tree), and its inertia. All in the frame of the tree's root: what is made of them does not
-/// depend on where the tree stands, and so keeps its digits far from the world's origin.
-fn jacobians(tree: &Tree, bodies: &[Body], joints: &[Joint]) -> Vec<(DMatrix<f64>, Mat3)> {
-    let start = tree.bodies.start;
-    // The motion that one unit of each dof's velocity causes: (linear at the frame's origin, angular).
-    let mut poses = Vec::with_capacity(tree.bodies.len());
-    let mut fields: Vec<(Vec3, Vec3)> = Vec::with_capacity(tree.dofs.len());
-    let mut out = Vec::with_capacity(tree.bodies.len());
-    for b in tree.bodies.clone() {
-        let body = &bodies[b];
-        let (pos, quat) = match body.parent.checked_sub(start) {
-            Some(parent) => {
-                let (parent_pos, parent_quat): (Vec3, Quat) = poses[parent];
-                (parent_pos + parent_quat * body.pos, parent_quat * body.quat)
-            }
-            None => (Vec3::zeros(), Quat::identity()),
-        };
-        poses.push((pos, quat));
-        for joint in &joints[body.joints.clone()] {
-            let axis = quat * joint.axis;
-            let anchor = pos + quat * joint.pos;
-            let turn = |axis: Vec3| (anchor.cross(&axis), axis);
-            match joint.kind {
-                JointKind::Slide => fields.push((axis, Vec3::zeros())),
-                JointKind::Hinge => fields.push(turn(axis)),
-                JointKind::Ball => fields.extend(math::mat(&quat).column_iter().map(|c| turn(c.into_owned()))),
-                JointKind::Free => {
-                    fields.extend(Mat3::identity().column_iter().map(|c| (c.into_owned(), Vec3::zeros())));
-                    let about = |axis: Vec3| (pos.cross(&axis), axis);
-                    fields.extend(math::mat(&quat).column_iter().map(|c| about(c.into_owned())));
-                }
-            }
-        }
-        let com = pos + quat * body.ipos;
-        let mut jacobian = DMatrix::zeros(6, tree.dofs.len());
-        for dof in ancestors(bodies, b, start).flat_map(|a| bodies[a].dofs.clone()) {
-            let (linear, angular) = fields[dof - tree.dofs.start];
-            let k = dof - tree.dofs.start;
-            jacobian.fixed_view_mut::<3, 1>(0, k).copy_from(&(linear + angular.cross(&com)));
-            jacobian.fixed_view_mut::<3, 1>(3, k).copy_from(&angular);
-        }
-        out.push((jacobian, inertia::tensor(&body.inertia, &(quat * body.iquat))));
+fn fill_articulated(model: &mut Model, t: usize, data: &Data) {
+    let Tree { bodies, dofs, .. } = model.trees[t].clone();
+    let mut jacobian = vec![Vec6::zeros(); dofs.len()];
+    // Row · M⁻¹ · rowᵀ
+    let weigh = |model: &Model, row: Vec<f64>| {
+        let mut solved = row.clone();
+        dynamics::solve_m(model, data, t, &mut solved);
+        row.iter().zip(&solved).map(|(a, b)| a * b).sum::<f64>()
+    };
+    for b in bodies {
+        dynamics::jacobian(model, data, b, &dynamics::xipos(model, data, b), &mut jacobian);
+        let diagonal = Vec6::from_fn(|k, _| weigh(model, jacobian.iter().map(|column| column[k]).collect()));
+        model.bodies[b].invweight0 = [diagonal.fixed_rows::<3>(0).mean(), diagonal.fixed_rows::<3>(3).mean()];
     }
-    out
+    let unit = |d: usize| dofs.clone().map(|i| f64::from(u8::from(i == d))).collect();
+    for d in dofs.clone() {
+        model.dofs[d].invweight0 = weigh(model, unit(d));
+    }
+    for joint in dynamics::joints_of(model, &model.trees[t]) {
+        let joint = &model.joints[joint];
+        if matches!(joint.kind, JointKind::Free | JointKind::Ball) {
+            for block in model.dofs[joint.dofadr..joint.dofadr + joint.kind.nv()].chunks_mut(3) {
+                let mean = block.iter().map(|dof| dof.invweight0).sum::<f64>() / 3.0;
+                block.iter_mut().for_each(|dof| dof.invweight0 = mean);
+            }
+        }
+    }
 }
 
-/// A body and its ancestors, down to body number `start`.
-fn ancestors(bodies: &[Body], body: usize, start: usize) -> impl Iterator<Item = usize> {
-    std::iter::successors(Some(body), |&b| Some(bodies[b].parent)).take_while(move |&b| b >= start && b > 0)
+/// Errors: the first dof whose pivot is nothing but rounding.
+fn check_pivots(tree: &Tree, data: &Data, t: usize) -> Result<(), usize> {
+    let n = tree.dofs.len();
+    let diagonal = |matrix: &[f64], i: usize| matrix[data.m_adr[t] + i * (n + 1)];
+    // The factor holds the inverse of each pivot.
+    let sound = |i: &usize| 1.0 / diagonal(&data.qld, *i) > 1e-13 * diagonal(&data.qm, *i);
+    match (0..n).find(|i| !sound(i)) {
+        Some(i) => Err(tree.dofs.start + i),
+        None => Ok(()),
+    }
 }

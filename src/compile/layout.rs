@@ -121,7 +121,11 @@ pub fn no_direction(node: NodeId, what: NoDirection, log: &mut Log) {
         attribute: what.attribute.into(),
         why: what.why.into(),
     };
-    log.value_error(node, what.attribute, kind, "");
+    if what.in_frame {
+        log.error(node, kind, "it stands in a `<frame>` around this element");
+    } else {
+        log.value_error(node, what.attribute, kind, "");
+    }
 }
 
 /// Rules about the joints of one body together.
@@ -193,7 +197,7 @@ fn anchor_and_axis(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log
         return (pos, Vec3::z());
     }
     if axis.norm() < EPS {
-        no_direction(joint.node, NoDirection { attribute: "axis", why: "its length is zero" }, log);
+        no_direction(joint.node, NoDirection::new("axis", "its length is zero"), log);
         return (pos, Vec3::z());
     }
     (pos, turn * (axis / axis.norm()))

@@ -1,13 +1,13 @@
-//! Masses and inertia of the bodies, and how lightly they move.
+//! Masses and inertia of the bodies.
 
 use super::inertia::{self, Piece};
 use super::layout::{World, label, no_direction, shape};
-use super::{Log, frames, invweight};
+use super::{Log, frames};
 use crate::math::{self, MIN_VAL, Mat3, Quat, Vec3};
 use crate::mjcf::{ProblemKind, Spec, spec};
 use crate::model::{Body, FreeBody, Geom, JointKind};
 
-/// Fills everything about mass into a scene that is laid out: bodies, free bodies, invweight0.
+/// Fills everything about mass into a scene that is laid out: bodies and free bodies.
 pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
     for id in 1..world.bodies.len() {
         fill_body(world, id, &spec.compiler, log);
@@ -24,13 +24,6 @@ pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
     }
     for t in 0..world.trees.len() {
         world.trees[t].free = free_body(world, t);
-        let (tree, bodies) = (&world.trees[t], &mut world.bodies);
-        if let Err(dof) = invweight::fill(tree, bodies, &world.joints, &mut world.dofs) {
-            let joint = world.dofs[dof].joint;
-            let help = "its motion is one that the joints before it already allow: remove it, turn its axis, \
-                        or give it `armature`";
-            log.error(world.joint_specs[joint].node, ProblemKind::JointsDependent, help);
-        }
     }
 }
 
@@ -40,7 +33,10 @@ fn fill_body(world: &mut World, id: usize, compiler: &spec::Compiler, log: &mut 
     let pieces = geom_pieces(world, id, compiler);
     let infer = compiler.inertiafromgeom.unwrap_or(spec.inertial.is_none());
     let found = match (&spec.inertial, infer && !pieces.is_empty()) {
-        (_, true) => from_geoms(&pieces),
+        (_, true) => match from_geoms(&pieces) {
+            Some(found) => found,
+            None => return log.error(spec.node, ProblemKind::MassOverflow, "check the sizes, positions and densities"),
+        },
         (Some(inertial), false) => match from_inertial(inertial, compiler, log) {
             Some(found) => found,
             None => return,
@@ -69,6 +65,7 @@ fn fill_body(world: &mut World, id: usize, compiler: &spec::Compiler, log: &mut 
 }
 
 /// A rigid piece along its principal axes.
+#[derive(Clone, Copy)]
 struct Principal {
     mass: f64,
     ipos: Vec3,
@@ -97,15 +94,15 @@ fn geom_piece(geom: &Geom, spec: &spec::Geom) -> Principal {
     Principal { mass, ipos: geom.pos, iquat: geom.quat, moments }
 }
 
-/// One geom is taken as it is; several are combined and turned to principal axes.
-fn from_geoms(pieces: &[Principal]) -> Principal {
+/// One geom is taken as it is; several are combined and turned to principal axes. `None`: numbers overflow.
+fn from_geoms(pieces: &[Principal]) -> Option<Principal> {
     if let [one] = pieces {
-        return Principal { ..*one };
+        return (one.mass.is_finite() && one.moments.iter().all(|i| i.is_finite())).then_some(*one);
     }
     let pieces: Vec<Piece> = pieces.iter().map(|p| piece(p.mass, p.ipos, &p.iquat, &p.moments)).collect();
     let whole = inertia::combine(&pieces);
-    let (moments, axes) = inertia::principal(&whole.tensor);
-    Principal { mass: whole.mass, ipos: whole.com, iquat: frames::from_columns(&axes), moments }
+    let (moments, axes) = inertia::principal(&whole.tensor)?;
+    Some(Principal { mass: whole.mass, ipos: whole.com, iquat: frames::from_columns(&axes), moments })
 }
 
 fn piece(mass: f64, com: Vec3, quat: &Quat, moments: &Vec3) -> Piece {
@@ -117,7 +114,7 @@ fn from_inertial(inertial: &spec::Inertial, compiler: &spec::Compiler, log: &mut
     let mut moments = inertial.diaginertia.map_or(Vec3::zeros(), Vec3::from);
     let mut turn = Quat::identity();
     if let Some([xx, yy, zz, xy, xz, yz]) = inertial.fullinertia {
-        let (values, axes) = inertia::principal(&Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz));
+        let (values, axes) = inertia::principal(&Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))?;
         if values.z <= 0.0 {
             let help = "the order is M11 M22 M33 M12 M13 M23, and all principal moments must be above zero";
             let kind = ProblemKind::InertiaNotPositive { moment: values.z };
@@ -212,6 +209,6 @@ fn free_body(world: &World, t: usize) -> Option<FreeBody> {
         pieces.push(piece(body.mass, pose.0 + pose.1 * body.ipos, &(pose.1 * body.iquat), &body.inertia));
     }
     let whole = inertia::combine(&pieces);
-    let (inertia, axes) = inertia::principal(&whole.tensor);
+    let (inertia, axes) = inertia::principal(&whole.tensor)?;
     Some(FreeBody { mass: whole.mass, com: whole.com, axes, inertia })
 }

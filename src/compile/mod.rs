@@ -14,6 +14,7 @@ mod plan;
 use std::collections::BTreeMap;
 
 use crate::contact;
+use crate::integrate;
 use crate::mjcf::{Document, NodeId, Problem, ProblemKind, Span, Spec, spec};
 use crate::model::{Flags, Model, Options, TutorialParams};
 
@@ -29,6 +30,7 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     }
     let (pairs, mixes) = pairs::find(&world, spec, &mut log);
     let actuators = controls::actuators(&world, spec, &mut log);
+    controls::closed_forms(&mut world, &actuators);
     let keyframes = controls::keyframes(&world, spec, &mut log);
     let tutorial = tutorial_params(spec, &mut log);
     check_settings(spec, &mut log);
@@ -57,7 +59,14 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         plan: Default::default(),
     };
     model.plan = plan::plan(&model);
-    Ok((model, log.warnings))
+    if let Err(dof) = invweight::fill(&mut model) {
+        let joint = world.joint_specs[model.dofs[dof].joint];
+        let help = "its motion is one that other joints already allow: remove it, turn its axis, or give it `armature`";
+        log.error(joint.node, ProblemKind::JointsDependent, help);
+        return Err(log.errors);
+    }
+    check_integrator(&model, spec, &mut log);
+    if log.errors.is_empty() { Ok((model, log.warnings)) } else { Err(log.errors) }
 }
 
 /// Collects problems; nothing stops at the first.
@@ -154,12 +163,32 @@ fn options(spec: &Spec) -> Options {
     }
 }
 
-/// What the reader accepts, but Penny does not do.
+/// `implicit` is the same as `implicitfast` for free bodies and single joints only.
+fn check_integrator(model: &Model, spec: &Spec, log: &mut Log) {
+    let name = &spec.option.integrator;
+    if let (false, Some(node)) = (integrate::implicitfast::supports(model, name), spec.option.node) {
+        let lost = "Coriolis forces between joints would not be implicit".into();
+        let kind = ProblemKind::Unsupported { name: name.clone(), lost };
+        log.value_error(node, "integrator", kind, "write `implicitfast`, or `RK4` for fast motion");
+    }
+}
+
+/// Choices that the reader accepts, but that name nothing Penny has.
 fn check_settings(spec: &Spec, log: &mut Log) {
+    let name = &spec.option.integrator;
+    if let (None, Some(node)) = (integrate::by_name(name), spec.option.node) {
+        let known: Vec<&str> = integrate::ALL.iter().flat_map(|i| i.mjcf.iter().copied()).collect();
+        let lost = "the scene would be integrated otherwise".into();
+        let kind = ProblemKind::Unsupported { name: name.clone(), lost };
+        log.value_error(node, "integrator", kind, format!("the integrators are {}", known.join(", ")));
+    }
     for text in spec.texts.iter().filter(|t| t.name == "penny.contact") {
         let names: Vec<&str> = contact::ALL.iter().map(|law| law.name).collect();
-        if !names.is_empty() && !names.contains(&text.data.as_str()) {
-            let help = format!("the laws are {}", names.join(", "));
+        if !names.contains(&text.data.as_str()) {
+            let help = match crate::mjcf::nearest(&text.data, names.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("the laws are {}", names.join(", ")),
+            };
             log.value_error(text.node, "data", ProblemKind::UnknownLaw { name: text.data.clone() }, help);
         }
     }

@@ -3,15 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Log;
-use super::layout::{World, label, shape};
-use crate::collision::collider;
+use super::layout::World;
 use crate::collision::sweep::{may_touch, order};
 use crate::mjcf::{ProblemKind, Spec, spec};
 use crate::model::{Geom, GeomKind, Mix, Pair, Pairs};
 
-/// Up to this many pairs among geoms other than planes are listed one by one (64 free spheres have 2016);
-/// beyond, a broad phase looks for them in each step.
-pub const MOST_LISTED: usize = 2048;
+/// Up to this many pairs among geoms other than planes are listed one by one (24 free spheres have 276);
+/// beyond, a broad phase looks for them in each step. From about 8 bodies on that is as fast.
+pub const MOST_LISTED: usize = 276;
 
 /// Friction coefficients below this are raised to it (MuJoCo's `mjMINMU`).
 pub const MIN_MU: f64 = 1e-5;
@@ -27,18 +26,14 @@ pub fn find(world: &World, spec: &Spec, log: &mut Log) -> (Pairs, Vec<Mix>) {
         return (Pairs::default(), Vec::new());
     }
     let with_plane = |c: &[usize; 2]| c.iter().any(|&g| world.geoms[g].kind == GeomKind::Plane);
-    let mut gaps = Gaps::default();
-    given.iter().for_each(|e| gaps.check(world, e.geom, Some(e.spec)));
     let mut candidates: Vec<[usize; 2]> = Vec::new();
     let mut unlisted = 0;
     each_possible(world, &given, &excluded, on("filterparent"), |geom| {
-        gaps.check(world, geom, None);
         unlisted += usize::from(!with_plane(&geom));
         if unlisted <= MOST_LISTED || with_plane(&geom) {
             candidates.push(geom);
         }
     });
-    gaps.report(world, log);
     let swept = unlisted > MOST_LISTED;
     let over = spec.flags.get("override").copied().unwrap_or(false).then_some(&spec.option);
 
@@ -105,8 +100,7 @@ fn explicit<'a>(world: &World, spec: &'a Spec, log: &mut Log) -> Vec<Explicit<'a
             log.error(pair.node, ProblemKind::PairTwice, help);
             log.related(earlier.spec.node, "first given here");
         } else if weld[0] == weld[1] {
-            let help = "the two geoms never move against one another: remove the pair";
-            log.warning(pair.node, ProblemKind::PairAtRest, help);
+            log.warning(pair.node, ProblemKind::PairAtRest, "remove the pair, or give one of the bodies a joint");
         } else {
             found.push(Explicit { geom, mix: given(pair), spec: pair });
         }
@@ -253,45 +247,4 @@ fn sweep(world: &World, pairs: &mut Pairs, mixes: &mut Mixes, over: Option<&spec
 fn parameters(g: &Geom) -> Vec<u64> {
     let numbers = [g.condim as f64, g.priority as f64, g.solmix, g.margin, g.gap].into_iter();
     numbers.chain(g.friction).chain(g.solref).chain(g.solimp).map(f64::to_bits).collect()
-}
-
-/// Shapes that can touch, but that Penny has no collider for: one report for each two shapes.
-#[derive(Default)]
-struct Gaps<'a> {
-    missing: BTreeMap<(GeomKind, GeomKind), Gap<'a>>,
-}
-
-/// The first of the pairs of two shapes that have no collider, and how many there are.
-struct Gap<'a> {
-    geom: [usize; 2],
-    spec: Option<&'a spec::Pair>,
-    count: usize,
-}
-
-impl<'a> Gaps<'a> {
-    fn check(&mut self, world: &World, geom: [usize; 2], spec: Option<&'a spec::Pair>) {
-        let [a, b] = geom.map(|g| world.geoms[g].kind);
-        let kinds = (a.min(b), a.max(b));
-        if collider(kinds.0, kinds.1).is_none() {
-            self.missing.entry(kinds).or_insert(Gap { geom, spec, count: 0 }).count += 1;
-        }
-    }
-
-    fn report(self, world: &World, log: &mut Log) {
-        for ((a, b), gap) in self.missing {
-            let [first, second] = gap.geom.map(|g| world.geom_specs[g].node);
-            let name = |g: usize| label("geom", &world.geoms[g].name, g);
-            let more = match gap.count {
-                1 => String::new(),
-                n => format!(" (so can {} more pairs of these shapes)", n - 1),
-            };
-            let help = "keep them apart by `contype` and `conaffinity` or by `<exclude>`, or use other shapes";
-            let kind = ProblemKind::NoCollider { first: shape(a), second: shape(b) };
-            log.error(gap.spec.map_or(first, |p| p.node), kind, help);
-            if gap.spec.is_some() {
-                log.related(first, name(gap.geom[0]));
-            }
-            log.related(second, format!("{} can touch {}{more}", name(gap.geom[0]), name(gap.geom[1])));
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::collision::collider;
+use crate::collision::{collider, exact};
 use crate::model::{GeomKind, Joint, Model, Plan};
 
 pub fn plan(model: &Model) -> Plan {
@@ -65,6 +65,10 @@ impl Plan {
                 format!("{swept} geoms searched for pairs in each step, {pairs} pairs listed: {}", self.shapes())
             }
         });
+        let inexact: Vec<String> = self.colliders.iter().filter(|[a, b]| !exact(*a, *b)).map(names).collect();
+        if !inexact.is_empty() {
+            lines.push(format!("contact points may differ from MuJoCo's: {}", inexact.join(", ")));
+        }
         if self.condim > 0 {
             lines.push(format!("contacts with condim up to {}: {}", self.condim, directions(self.condim)));
         }
@@ -100,13 +104,13 @@ impl Plan {
     }
 
     fn shapes(&self) -> String {
-        let names: Vec<String> = self
-            .colliders
-            .iter()
-            .map(|[a, b]| format!("{}–{}", super::layout::shape(*a), super::layout::shape(*b)))
-            .collect();
-        names.join(", ")
+        self.colliders.iter().map(names).collect::<Vec<_>>().join(", ")
     }
+}
+
+/// "plane–box"
+fn names([a, b]: &[GeomKind; 2]) -> String {
+    format!("{}–{}", super::layout::shape(*a), super::layout::shape(*b))
 }
 
 fn count(n: usize, one: &str, many: &str) -> String {

@@ -1,7 +1,9 @@
 //! Contact laws: depth and rate in, force out. The list [`ALL`] is the only place that knows their names.
 
 pub mod complementarity;
+pub mod constants;
 pub mod impedance;
+pub mod mujoco;
 pub mod penalty;
 pub mod rows;
 pub mod tutorial;
@@ -24,7 +26,7 @@ pub struct Law {
 }
 
 /// The default comes first.
-pub const ALL: &[&Law] = &[&penalty::LAW, &tutorial::LAW];
+pub const ALL: &[&Law] = &[&penalty::LAW, &mujoco::LAW, &tutorial::LAW];
 
 /// The law of that name.
 pub fn by_name(name: &str) -> Option<&'static Law> {

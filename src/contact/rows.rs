@@ -29,7 +29,7 @@ pub struct Rows {
     /// J and J M⁻¹ of all rows.
     jac: Vec<Six>,
     mjac: Vec<Six>,
-    /// One entry per contact, in the order of `data.contacts`.
+    /// One entry per contact or joint row, in the order they were pushed.
     pub contacts: Vec<ContactRows>,
     /// Trees that a contact touches.
     touched: Vec<bool>,
@@ -82,10 +82,8 @@ impl Part {
 }
 
 impl Rows {
-    /// Forgets the last step's rows and reads the trees' velocities and smooth accelerations.
-    ///
-    /// Reads: `data.movers` (free trees), `data.qacc_smooth`, `qvel` (nv).
-    pub fn begin(&mut self, model: &Model, qvel: &[f64], data: &Data) {
+    /// Forgets the last step's rows.
+    pub fn begin(&mut self, model: &Model) {
         if self.sixes.len() != model.trees.len() {
             self.lay_out(model);
         }
@@ -93,20 +91,6 @@ impl Rows {
         self.mjac.clear();
         self.contacts.clear();
         self.touched.fill(false);
-        for contact in &data.contacts {
-            for body in contact.body {
-                let Some(t) = model.bodies[body as usize].tree else { continue };
-                if !self.touched[t] {
-                    self.touched[t] = true;
-                    self.read_tree(t, &model.trees[t], qvel, data);
-                }
-            }
-        }
-    }
-
-    /// Number of trees of the model.
-    pub fn trees(&self) -> usize {
-        self.sixes.len()
     }
 
     fn lay_out(&mut self, model: &Model) {
@@ -125,7 +109,11 @@ impl Rows {
         self.dense = vec![0.0; widest];
     }
 
-    fn read_tree(&mut self, t: usize, tree: &Tree, qvel: &[f64], data: &Data) {
+    /// Reads velocity and smooth acceleration of a tree when its first row comes.
+    fn touch(&mut self, t: usize, tree: &Tree, qvel: &[f64], data: &Data) {
+        if std::mem::replace(&mut self.touched[t], true) {
+            return;
+        }
         let at = self.sixes[t].start as usize;
         if tree.free.is_some() {
             let mover = &data.movers[tree.bodies.start];
@@ -141,7 +129,7 @@ impl Rows {
 
     /// Appends the rows of a contact: `dim` directions, the sliding ones taken at `points[side]` on the body of
     /// that side (world, m).
-    pub fn push(&mut self, model: &Model, data: &Data, contact: &Contact, dim: usize, points: [Vec3; 2]) {
+    pub fn push(&mut self, model: &Model, qvel: &[f64], data: &Data, contact: &Contact, dim: usize, points: [Vec3; 2]) {
         let tree_of = |side: usize| model.bodies[contact.body[side] as usize].tree;
         let mut parts = [EMPTY; 2];
         let mut used = 0;
@@ -150,6 +138,7 @@ impl Rows {
             if tree_of(1).is_none() || (tree_of(0).is_some() && tree_of(0) < tree_of(1)) { [0, 1] } else { [1, 0] };
         for side in sides {
             let Some(t) = tree_of(side) else { continue };
+            self.touch(t, &model.trees[t], qvel, data);
             let sign = if side == 1 { 1.0 } else { -1.0 };
             if used == 1 && parts[0].tree == t as u32 {
                 self.fill(model, data, t, contact, side, sign, dim, points[side], parts[0].start as usize);
@@ -167,7 +156,6 @@ impl Rows {
     }
 
     /// Adds one side's share of the rows that start at six `start`.
-    #[allow(clippy::too_many_arguments)] // one call site, private
     #[inline]
     fn fill(
         &mut self,
@@ -213,6 +201,32 @@ impl Rows {
                 self.mjac[row + i / 6][i % 6] = *x;
             }
         }
+    }
+
+    /// Appends one row on the dofs of a joint: a limit or dry friction.
+    ///
+    /// In: `entries` of J from dof `dof` on.
+    pub fn push_joint(&mut self, model: &Model, qvel: &[f64], data: &Data, dof: usize, entries: &[f64]) {
+        let Some(t) = model.bodies[model.dofs[dof].body].tree else { return };
+        let tree = &model.trees[t];
+        self.touch(t, tree, qvel, data);
+        let len = self.sixes[t].len();
+        let start = self.jac.len();
+        self.jac.resize(start + len, [0.0; 6]);
+        self.mjac.resize(start + len, [0.0; 6]);
+        let nv = tree.dofs.len();
+        self.dense[..nv].fill(0.0);
+        for (i, x) in entries.iter().enumerate() {
+            let at = dof - tree.dofs.start + i;
+            self.dense[at] = *x;
+            self.jac[start + at / 6][at % 6] = *x;
+        }
+        dynamics::solve_m(model, data, t, &mut self.dense[..nv]);
+        for (i, x) in self.dense[..nv].iter().enumerate() {
+            self.mjac[start + i / 6][i % 6] = *x;
+        }
+        let part = Part { tree: t as u32, start: start as u32, len: len as u32, at: self.sixes[t].start };
+        self.contacts.push(ContactRows { parts: [part, EMPTY], dim: 1 });
     }
 
     /// J_k · x of contact `c`, with `x` the velocity or acceleration of the trees.
@@ -264,13 +278,11 @@ impl Rows {
         }
     }
 
-    /// Turns the trees' accelerations into `data.qacc`, and the change of acceleration of trees that are not free
+    /// Turns the accelerations of the trees that have rows into `data.qacc`, and the change of acceleration of trees that are not free
     /// bodies into the force behind it:
     ///
     ///     qfrc_constraint = M (qacc − qacc_smooth)
     pub fn finish(&self, model: &Model, data: &mut Data) {
-        data.qacc.copy_from_slice(&data.qacc_smooth);
-        data.qfrc_constraint.fill(0.0);
         for (t, tree) in model.trees.iter().enumerate() {
             if !self.touched[t] {
                 continue;

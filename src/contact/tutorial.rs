@@ -46,13 +46,15 @@ pub fn spring_damper(model: &Model, mix: &Mix, inverse_mass: f64, timestep: f64)
 
 fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     let mut rows = std::mem::take(&mut data.rows);
-    rows.begin(model, &state.qvel, data);
+    rows.begin(model);
+    data.qacc.copy_from_slice(&data.qacc_smooth);
+    data.qfrc_constraint.fill(0.0);
     for c in 0..data.contacts.len() {
         let contact = data.contacts[c];
         let mix = &model.mixes[contact.mix as usize];
         let depth = -contact.dist;
         let dim = if depth > 0.0 { mix.condim } else { 0 };
-        rows.push(model, data, &contact, dim, surface_points(&contact, model));
+        rows.push(model, &state.qvel, data, &contact, dim, surface_points(&contact, model));
         data.counts.rows += dim;
         if dim == 0 || rows.contacts[c].parts[0].tree == NONE {
             continue;

@@ -96,7 +96,10 @@ fn update(model: &Model, state: &State, data: &mut Data) {
     for tree in &model.trees {
         let root = tree.bodies.start;
         match &tree.free {
-            Some(free) => super::free::velocity(tree, free, &state.qvel, &data.xmat[root], &mut data.movers[root]),
+            Some(free) => {
+                let qvel = &state.qvel[tree.dofs.clone()];
+                data.movers[root].vel = super::free::velocity(free, qvel, &data.xmat[root]);
+            }
             None => {
                 inertia::bodies(model, tree, data);
                 super::bias::velocities(model, tree, &state.qvel, data);

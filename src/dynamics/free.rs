@@ -6,7 +6,7 @@
 
 use super::kinematics::weld;
 use super::spatial::{ang, join, lin};
-use crate::data::{Data, Mover};
+use crate::data::Data;
 use crate::math::{Mat3, Vec3, Vec6, mat, quat, vec3};
 use crate::model::{FreeBody, Model, Tree};
 use crate::state::State;
@@ -19,7 +19,8 @@ pub fn prepare(free: &FreeBody) -> Vec6 {
 /// Pose of the body and of what is welded to it.
 ///
 /// Reads: qpos. Writes: xpos, xquat, xmat of the tree; com and axes of its mover.
-pub fn place(model: &Model, tree: &Tree, free: &FreeBody, qpos: &[f64], data: &mut Data) {
+pub fn place(model: &Model, t: usize, free: &FreeBody, qpos: &[f64], data: &mut Data) {
+    let tree = &model.trees[t];
     let root = tree.bodies.start;
     let q = &qpos[tree.qpos.start..tree.qpos.start + 7];
     let (pos, rot) = (vec3(q), quat(&q[3..7]));
@@ -28,8 +29,13 @@ pub fn place(model: &Model, tree: &Tree, free: &FreeBody, qpos: &[f64], data: &m
     data.xquat[root] = rot;
     data.xmat[root] = axes;
     let mover = &mut data.movers[root];
-    mover.com = pos + axes * free.com;
-    mover.axes = axes * free.axes;
+    if data.plan.aligned[t] {
+        mover.com = pos;
+        mover.axes = axes;
+    } else {
+        mover.com = pos + axes * free.com;
+        mover.axes = axes * free.axes;
+    }
     for b in root + 1..tree.bodies.end {
         weld(model, b, data);
     }
@@ -38,24 +44,33 @@ pub fn place(model: &Model, tree: &Tree, free: &FreeBody, qpos: &[f64], data: &m
 /// Twist of the mover: velocity of the centre of mass, angular velocity in principal axes.
 ///
 ///     v_c = v + R (ω × c),   ω_p = Pᵀ ω
-pub fn velocity(tree: &Tree, free: &FreeBody, qvel: &[f64], xmat: &Mat3, mover: &mut Mover) {
-    let v = &qvel[tree.dofs.start..tree.dofs.start + 6];
-    let w = vec3(&v[3..]);
-    mover.vel = join(&(vec3(v) + xmat * w.cross(&free.com)), &free.axes.tr_mul(&w));
+pub fn velocity(free: &FreeBody, qvel: &[f64], xmat: &Mat3) -> Vec6 {
+    let w = vec3(&qvel[3..]);
+    join(&(vec3(qvel) + xmat * w.cross(&free.com)), &free.axes.tr_mul(&w))
 }
 
-/// Acceleration without contact: Newton and Euler.
+/// Velocity, and acceleration without contact: Newton and Euler.
 ///
 ///     a_c = g + F/m,    I α_p = τ_p − ω_p × I ω_p
 ///     Mover.acc = [a_c − R (ω × (ω × c)), α_p]          (J(com)·qacc: without the J̇·qvel term)
 ///
 /// In:     `wrench`: force (N, world axes) and torque about the centre of mass (N m, principal axes).
-/// Reads:  qvel. Writes: vel and acc of the mover, qacc_smooth.
-pub fn accelerate(tree: &Tree, free: &FreeBody, gravity: &Vec3, wrench: Option<Vec6>, qvel: &[f64], data: &mut Data) {
-    let root = tree.bodies.start;
-    let xmat = &data.xmat[root];
-    let mover = &mut data.movers[root];
-    velocity(tree, free, qvel, xmat, mover);
+/// Reads:  qvel. Writes: vel and acc of the mover, qacc_smooth, qacc.
+pub fn accelerate(
+    model: &Model,
+    t: usize,
+    free: &FreeBody,
+    gravity: &Vec3,
+    wrench: Option<Vec6>,
+    qvel: &[f64],
+    data: &mut Data,
+) {
+    let tree = &model.trees[t];
+    let aligned = data.plan.aligned[t];
+    let qvel = &qvel[tree.dofs.start..tree.dofs.start + 6];
+    let xmat = &data.xmat[tree.bodies.start];
+    let mover = &mut data.movers[tree.bodies.start];
+    mover.vel = if aligned { Vec6::from_column_slice(qvel) } else { velocity(free, qvel, xmat) };
     let wp = ang(&mover.vel);
     let mut torque = free.inertia.component_mul(&wp).cross(&wp);
     let mut acc = *gravity;
@@ -63,11 +78,19 @@ pub fn accelerate(tree: &Tree, free: &FreeBody, gravity: &Vec3, wrench: Option<V
         acc += lin(&wrench) / free.mass;
         torque += ang(&wrench);
     }
-    let w = vec3(&qvel[tree.dofs.start + 3..tree.dofs.start + 6]);
-    acc -= xmat * w.cross(&w.cross(&free.com));
-    mover.acc = join(&acc, &ang(&mover.minv).component_mul(&torque));
-    let qacc = generalized(free, xmat, &mover.acc);
-    data.qacc_smooth[tree.dofs.start..tree.dofs.start + 6].copy_from_slice(qacc.as_slice());
+    let alpha = ang(&mover.minv).component_mul(&torque);
+    let qacc = if aligned {
+        mover.acc = join(&acc, &alpha);
+        mover.acc
+    } else {
+        let w = vec3(&qvel[3..]);
+        mover.acc = join(&(acc - xmat * w.cross(&w.cross(&free.com))), &alpha);
+        generalized(free, xmat, &mover.acc)
+    };
+    for i in 0..6 {
+        data.qacc_smooth[tree.dofs.start + i] = qacc[i];
+        data.qacc[tree.dofs.start + i] = qacc[i];
+    }
 }
 
 /// Acceleration (or impulse response) of the free joint from that of its mover.

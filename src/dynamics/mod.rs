@@ -35,9 +35,7 @@ pub fn prepare(model: &Model, data: &mut Data) {
             data.movers[tree.bodies.start].minv = free::prepare(free);
         } else if !tree.rotates {
             kinematics::sliding_axes(model, tree, data);
-            inertia::bodies(model, tree, data);
-            inertia::matrix(model, t, data);
-            factor_m(model, t, data);
+            inertia_matrix(model, t, data);
             bias::bias(model, tree, &gravity, &vec![0.0; model.nv], data);
         }
     }
@@ -48,9 +46,9 @@ pub fn prepare(model: &Model, data: &mut Data) {
 ///
 /// Reads:  qpos. Writes: xpos, xquat, xmat, xanchor, xaxis, geom_xpos, geom_xmat; com and axes of the movers.
 pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
-    for tree in &model.trees {
+    for (t, tree) in model.trees.iter().enumerate() {
         match &tree.free {
-            Some(free) => free::place(model, tree, free, qpos, data),
+            Some(free) => free::place(model, t, free, qpos, data),
             None => kinematics::articulated(model, tree, qpos, data),
         }
     }
@@ -61,8 +59,8 @@ pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
 ///
 ///     M qacc_smooth = qfrc_smooth = qfrc_passive + qfrc_actuator + Jᵀ xfrc_applied − qfrc_bias
 ///
-/// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth, vel, acc and minv of the movers;
-///         for trees that are not free bodies also qm, qld, qfrc_bias, qfrc_smooth.
+/// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth and, as if nothing else pushed,
+///         qacc; vel and acc of the movers; for trees that are not free bodies also qm, qld, qfrc_bias, qfrc_smooth.
 pub fn smooth(model: &Model, _method: &Method, state: &State, data: &mut Data) {
     passive::passive(model, &state.qpos, &state.qvel, data);
     actuation::actuate(model, state, data);
@@ -72,21 +70,20 @@ pub fn smooth(model: &Model, _method: &Method, state: &State, data: &mut Data) {
         match &tree.free {
             Some(free) => {
                 let wrench = pushed.then(|| free::wrench(model, tree, free, state, data));
-                free::accelerate(tree, free, &gravity, wrench, &state.qvel, data);
+                free::accelerate(model, t, free, &gravity, wrench, &state.qvel, data);
             }
             None => articulated(model, t, &gravity, state, data),
         }
     }
 }
 
-/// [`smooth`] for one tree that is not a free body.
+/// [`smooth`] for one tree that is not a free body. Not inlined: the loop over free bodies stays small.
+#[inline(never)]
 fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mut Data) {
     let tree = &model.trees[t];
     bias::velocities(model, tree, &state.qvel, data);
     if tree.rotates {
-        inertia::bodies(model, tree, data);
-        inertia::matrix(model, t, data);
-        factor_m(model, t, data);
+        inertia_matrix(model, t, data);
         bias::bias(model, tree, gravity, &state.qvel, data);
     }
     for d in tree.dofs.clone() {
@@ -95,10 +92,11 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
     for b in tree.bodies.clone().take(state.xfrc_applied.len().saturating_sub(tree.bodies.start)) {
         actuation::apply(model, b, &state.xfrc_applied[b], data);
     }
-    let Data { qacc_smooth, qfrc_smooth, qld, plan, m_adr, .. } = data;
-    let qacc = &mut qacc_smooth[tree.dofs.clone()];
-    qacc.copy_from_slice(&qfrc_smooth[tree.dofs.clone()]);
-    inertia::solve(&qld[m_adr[t]..], qacc.len(), tree.dofs.start, &plan.dof_parent, qacc);
+    let Data { qacc, qacc_smooth, qfrc_smooth, qld, plan, m_adr, .. } = data;
+    let acc = &mut qacc_smooth[tree.dofs.clone()];
+    acc.copy_from_slice(&qfrc_smooth[tree.dofs.clone()]);
+    inertia::solve(&qld[m_adr[t]..], acc.len(), tree.dofs.start, &plan.dof_parent, acc);
+    qacc[tree.dofs.clone()].copy_from_slice(acc);
     bias::accelerations(model, tree, data);
 }
 
@@ -127,6 +125,15 @@ pub fn jacobian(model: &Model, data: &Data, body: usize, point: &Vec3, out: &mut
         out[d - tree.dofs.start] = spatial::at(&data.cdof[d], &arm);
         d = data.plan.dof_parent[d];
     }
+}
+
+/// M of a tree that is not a free body, and its factor.
+///
+/// Reads: kinematics. Writes: qm, qld.
+pub fn inertia_matrix(model: &Model, t: usize, data: &mut Data) {
+    inertia::bodies(model, &model.trees[t], data);
+    inertia::matrix(model, t, data);
+    factor_m(model, t, data);
 }
 
 /// x ← M⁻¹ x for a tree that is not a free body; `x` holds the tree's dofs.

@@ -1,7 +1,7 @@
 //! What a step of a model has to compute: found once, so that a step does nothing else.
 
 use crate::math::{Mat3, Vec3, mat};
-use crate::model::Model;
+use crate::model::{Model, Tree};
 
 /// No dof.
 pub const NONE: usize = usize::MAX;
@@ -17,8 +17,13 @@ pub struct Plan {
     /// Whether a tree has dampers, and whether it has dampers or actuators that depend on velocity (by tree).
     pub damped: Vec<bool>,
     pub implicit: Vec<bool>,
-    /// Whether any joint has a limit or dry friction, so that there is work for a contact law without contacts.
-    pub joint_rows: bool,
+    /// Whether semi-implicit Euler has dampers to treat implicitly.
+    pub eulerdamp: bool,
+    /// Joints with limits, and dofs with dry friction: they need a contact law even without contacts.
+    pub limited: Vec<usize>,
+    pub dry: Vec<usize>,
+    /// Free bodies whose frame is at the centre of mass and along the principal axes (by tree).
+    pub aligned: Vec<bool>,
     /// The next dof towards the root of the tree, or [`NONE`].
     pub dof_parent: Vec<usize>,
 }
@@ -43,17 +48,27 @@ impl Plan {
                 implicit[tree] = true;
             }
         }
-        let limited = flags.limit && model.joints.iter().any(|j| j.range.is_some());
-        let dry = flags.frictionloss && model.dofs.iter().any(|d| d.frictionloss > 0.0);
+        let limits = flags.constraint && flags.limit;
+        let dry = flags.constraint && flags.frictionloss;
         Plan {
             posed: touching(model, true),
             springs: (0..model.joints.len()).filter(|&j| flags.spring && model.joints[j].stiffness != 0.0).collect(),
             dampers: (0..model.nv).filter(|&d| damps(d)).collect(),
+            eulerdamp: flags.eulerdamp && damped.contains(&true),
             damped,
             implicit,
-            joint_rows: flags.constraint && (limited || dry),
+            limited: (0..model.joints.len()).filter(|&j| limits && model.joints[j].range.is_some()).collect(),
+            dry: (0..model.nv).filter(|&d| dry && model.dofs[d].frictionloss > 0.0).collect(),
+            aligned: model.trees.iter().map(aligned).collect(),
             dof_parent: dof_parents(model),
         }
+    }
+}
+
+impl Plan {
+    /// Whether there are limits or dry friction.
+    pub fn joint_rows(&self) -> bool {
+        !self.limited.is_empty() || !self.dry.is_empty()
     }
 }
 
@@ -75,6 +90,10 @@ pub fn touching(model: &Model, moving: bool) -> Vec<Posed> {
             Posed { geom, body: g.body, pos: g.pos, mat: mat(&g.quat) }
         })
         .collect()
+}
+
+fn aligned(tree: &Tree) -> bool {
+    tree.free.as_ref().is_some_and(|free| free.com == Vec3::zeros() && free.axes == Mat3::identity())
 }
 
 fn dof_parents(model: &Model) -> Vec<usize> {

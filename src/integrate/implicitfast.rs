@@ -15,15 +15,13 @@ pub const METHOD: Integrator = Integrator {
     advance,
 };
 
-/// Why the MJCF keyword `implicit` cannot be honoured for a model, if it cannot.
+/// Whether this integrator does for a model what MuJoCo does under the MJCF keyword.
 ///
-/// It differs from `implicitfast` in that trees with several joints get the derivative of their Coriolis and
-/// centripetal forces too; those of one hinge, of slides, and of a free body agree.
-pub fn unsupported(model: &Model, keyword: &str) -> Option<&'static str> {
+/// `implicit` differs from `implicitfast` in that trees with several joints get the derivative of their Coriolis
+/// and centripetal forces too; for one hinge, for slides, and for a free body the two are the same.
+pub fn supports(model: &Model, keyword: &str) -> bool {
     let same = |t: &Tree| t.free.is_some() || !t.rotates || t.dofs.len() == 1 || lone_free(model, t);
-    (keyword == "implicit" && !model.trees.iter().all(same)).then_some(
-        "integrator `implicit` is supported only for free bodies and single joints; `implicitfast` works for all",
-    )
+    keyword != "implicit" || model.trees.iter().all(same)
 }
 
 /// Implicit in velocity.

@@ -73,9 +73,15 @@ fn displace_quat(q: &mut [f64], w: &[f64], h: f64) {
     q.copy_from_slice(&wxyz(&turned));
 }
 
-/// y ← y + a x
+/// y ← y + a x, in pairs: what is written two by two can be read back two by two without waiting.
 fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
+    let (pairs, rest) = y.as_chunks_mut::<2>();
+    let (x_pairs, x_rest) = x.as_chunks::<2>();
+    for (y, x) in pairs.iter_mut().zip(x_pairs) {
+        y[0] += a * x[0];
+        y[1] += a * x[1];
+    }
+    for (y, x) in rest.iter_mut().zip(x_rest) {
         *y += a * x;
     }
 }

@@ -24,33 +24,32 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
     forward(model, method, state, data);
     state.remember(data);
-    for (t, tree) in model.trees.iter().enumerate() {
-        let dofs = tree.dofs.clone();
-        let damped = data.plan.damped[t] && model.opt.flags.eulerdamp;
-        if damped {
-            damp(model, t, h, data);
-        }
-        let acc = if damped { &data.stages.acc[dofs.clone()] } else { &data.qacc[dofs.clone()] };
-        add_scaled(&mut state.qvel[dofs], h, acc);
+    if data.plan.eulerdamp {
+        damped_acceleration(model, h, data);
+        add_scaled(&mut state.qvel, h, &data.stages.acc);
+    } else {
+        add_scaled(&mut state.qvel, h, &data.qacc);
     }
     displace(model, &mut state.qpos, &state.qvel, h);
     state.time += h;
 }
 
-/// (M + h D)⁻¹ (qfrc_smooth + qfrc_constraint) of one tree, D the joint damping.
+/// qacc of trees without dampers, (M + h D)⁻¹ (qfrc_smooth + qfrc_constraint) of the others.
 ///
-/// Writes: acc and qh of the stages, in the places of the tree.
-fn damp(model: &Model, t: usize, h: f64, data: &mut Data) {
-    let dofs = model.trees[t].dofs.clone();
-    let (n, adr) = (dofs.len(), data.m_adr[t]);
-    let Data { qm, plan, stages, qfrc_smooth, qfrc_constraint, .. } = data;
-    let qh = &mut stages.qh[adr..adr + n * n];
-    qh.copy_from_slice(&qm[adr..adr + n * n]);
-    let acc = &mut stages.acc[dofs.clone()];
-    for (i, d) in dofs.clone().enumerate() {
-        qh[i * (n + 1)] += h * model.dofs[d].damping;
-        acc[i] = qfrc_smooth[d] + qfrc_constraint[d];
+/// Writes: acc and qh of the stages.
+fn damped_acceleration(model: &Model, h: f64, data: &mut Data) {
+    let Data { qm, plan, stages, qacc, qfrc_smooth, qfrc_constraint, m_adr, .. } = data;
+    stages.acc.copy_from_slice(qacc);
+    for (t, tree) in model.trees.iter().enumerate().filter(|(t, _)| plan.damped[*t]) {
+        let n = tree.dofs.len();
+        let block = m_adr[t]..m_adr[t] + n * n;
+        let (qh, acc) = (&mut stages.qh[block.clone()], &mut stages.acc[tree.dofs.clone()]);
+        qh.copy_from_slice(&qm[block]);
+        for (i, d) in tree.dofs.clone().enumerate() {
+            qh[i * (n + 1)] += h * model.dofs[d].damping;
+            acc[i] = qfrc_smooth[d] + qfrc_constraint[d];
+        }
+        inertia::factor(qh, n, tree.dofs.start, &plan.dof_parent);
+        inertia::solve(qh, n, tree.dofs.start, &plan.dof_parent, acc);
     }
-    inertia::factor(qh, n, dofs.start, &plan.dof_parent);
-    inertia::solve(qh, n, dofs.start, &plan.dof_parent, acc);
 }

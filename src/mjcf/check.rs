@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::defaults::MAIN;
+use super::defaults::{MAIN, ORIENTATIONS};
 use super::document::{Attribute, Document, NodeId, Span};
 use super::error::{Problem, ProblemKind};
 use super::schema::{self, Element, Kind, Rule, Status};
@@ -23,7 +23,7 @@ pub fn check(document: &Document, whole: bool) -> Vec<Problem> {
         return vec![problem.suggest(nearest(name, ["mujoco"]))];
     }
     if let Some(row) = schema::SCHEMA.first() {
-        check.element(root, row, "");
+        check.element(root, row, "mujoco", "");
     }
     if whole {
         check.all_references();
@@ -49,7 +49,8 @@ impl Check<'_> {
         self.problems.push(Problem::new(kind, span));
     }
 
-    fn element(&mut self, node: NodeId, row: &'static Element, parent: &str) {
+    /// `name` is the element's name as it should be spelt.
+    fn element(&mut self, node: NodeId, row: &'static Element, name: &str, parent: &str) {
         let element = self.document.node(node);
         match row.status {
             Status::Ignored(lost) => {
@@ -62,54 +63,64 @@ impl Check<'_> {
             }
             Status::Supported | Status::Silent => {}
         }
-        let in_default = parent == "default" && element.name != "default";
+        let in_default = parent == "default" && name != "default";
         for attribute in &element.attributes {
-            self.attribute(attribute, &element.name, row, in_default);
+            self.attribute(attribute, name, row, in_default);
         }
-        if element.name == "default" {
+        self.one_orientation(node);
+        if name == "default" {
             self.class(node, parent);
         }
         if !in_default && self.whole {
-            self.required(node, row);
-            self.implied_name(node);
+            self.required(node, row, name);
+            self.implied_name(node, name);
         }
-        self.children(node, row);
+        self.children(node, row, name);
     }
 
-    fn children(&mut self, node: NodeId, row: &'static Element) {
-        let parent = &self.document.node(node).name;
+    fn children(&mut self, node: NodeId, row: &'static Element, parent: &str) {
         let mut once: BTreeMap<&str, Span> = BTreeMap::new();
         for &child in &self.document.node(node).children {
             let element = self.document.node(child);
-            let Some(child_row) = schema::find(parent, &element.name) else {
-                if row.silent != "*" {
-                    self.unknown_element(parent, child);
-                }
+            let known = schema::find(parent, &element.name).map(|row| (row, element.name.as_str()));
+            // What is inside a misspelt element is judged as if it were spelt well.
+            let Some((child_row, name)) = known.or_else(|| self.unknown_element(parent, row, child)) else {
+                self.names_inside(child);
                 continue;
             };
             // A class may hold each element once, but the top-level class may be written in several places.
-            let unique = child_row.once || (parent == "default" && element.name != "default");
-            if unique && let Some(first) = once.insert(&element.name, element.span) {
-                let kind = ProblemKind::RepeatedElement { parent: parent.clone(), element: element.name.clone() };
+            let unique = child_row.once || (parent == "default" && name != "default");
+            if unique && let Some(first) = once.insert(name, element.span) {
+                let kind = ProblemKind::RepeatedElement { parent: parent.into(), element: name.into() };
                 self.problems.push(Problem::new(kind, element.span).related(first, "first one here"));
             }
-            self.element(child, child_row, parent);
+            self.element(child, child_row, name, parent);
         }
     }
 
-    fn unknown_element(&mut self, parent: &str, node: NodeId) {
-        let name = self.document.node(node).name.clone();
-        let homes = schema::homes(&name);
-        let near = nearest(&name, schema::children(parent));
-        let (parent, element) = (parent.to_string(), name);
-        let problem = if near.is_none() && !homes.is_empty() {
-            let homes: Vec<_> = homes.iter().map(|h| format!("`{h}`")).collect();
-            Problem::new(ProblemKind::MisplacedElement { parent, element }, self.document.span(node))
-                .help(format!("it belongs in {}", homes.join(", ")))
+    /// Reports an element that may not stand there; gives the one that was probably meant.
+    fn unknown_element(
+        &mut self,
+        parent: &str,
+        row: &Element,
+        node: NodeId,
+    ) -> Option<(&'static Element, &'static str)> {
+        if row.silent == "*" {
+            return None;
+        }
+        let element = self.document.node(node).name.clone();
+        let span = self.document.span(node);
+        let near = nearest(&element, schema::children(parent));
+        let homes = schema::homes(&element);
+        let parent = parent.to_string();
+        self.problems.push(if near.is_none() && !homes.is_empty() {
+            let homes = or(homes.iter().map(|home| format!("`{home}`")));
+            Problem::new(ProblemKind::MisplacedElement { parent: parent.clone(), element }, span)
+                .help(format!("it belongs in {homes}"))
         } else {
-            Problem::new(ProblemKind::UnknownElement { parent, element }, self.document.span(node)).suggest(near)
-        };
-        self.problems.push(problem);
+            Problem::new(ProblemKind::UnknownElement { parent: parent.clone(), element }, span).suggest(near)
+        });
+        near.and_then(|near| schema::find(&parent, near).map(|row| (row, near)))
     }
 
     fn attribute(&mut self, attribute: &Attribute, element: &str, row: &'static Element, in_default: bool) {
@@ -117,8 +128,14 @@ impl Check<'_> {
         let Some(column) = row.attribute(&attribute.name) else {
             if !row.is_silent(&attribute.name) {
                 let near = nearest(&name, row.attribute_names());
+                let of_joints = element == "freejoint"
+                    && schema::find("body", "joint").is_some_and(|j| j.attribute(&name).is_some());
                 let kind = ProblemKind::UnknownAttribute { element, attribute: name };
-                self.problems.push(Problem::new(kind, attribute.name_span).suggest(near));
+                let problem = Problem::new(kind, attribute.name_span).suggest(near);
+                self.problems.push(match near {
+                    None if of_joints => problem.help("`<joint type=\"free\" …>` has it"),
+                    _ => problem,
+                });
             }
             return;
         };
@@ -161,6 +178,17 @@ impl Check<'_> {
                 self.problems.push(Problem::new(kind, attribute.name_span).help(cure));
             }
             Status::Supported | Status::Silent => {}
+        }
+    }
+
+    /// At most one orientation, in whatever form.
+    fn one_orientation(&mut self, node: NodeId) {
+        let element = self.document.node(node);
+        let mut own = element.attributes.iter().filter(|a| ORIENTATIONS.contains(&a.name.as_str()));
+        if let (Some(first), Some(second)) = (own.next(), own.next()) {
+            let kind = ProblemKind::SeveralOrientations { element: element.name.clone() };
+            let problem = Problem::new(kind, second.name_span);
+            self.problems.push(problem.related(first.name_span, "first one here"));
         }
     }
 
@@ -215,8 +243,8 @@ impl Check<'_> {
     }
 
     /// Assets without a name are called after their file.
-    fn implied_name(&mut self, node: NodeId) {
-        let what = match self.document.node(node).name.as_str() {
+    fn implied_name(&mut self, node: NodeId, element: &str) {
+        let what = match element {
             "mesh" => "mesh",
             "hfield" => "height field",
             "texture" => "texture",
@@ -230,13 +258,11 @@ impl Check<'_> {
         }
     }
 
-    fn required(&mut self, node: NodeId, row: &'static Element) {
+    fn required(&mut self, node: NodeId, row: &'static Element, element: &str) {
         for column in row.typed_attributes().filter(|c| c.required) {
             if self.document.attribute(node, column.name).is_none() {
-                let element = self.document.node(node);
-                let kind =
-                    ProblemKind::MissingAttribute { element: element.name.clone(), attribute: column.name.into() };
-                self.report(kind, element.span);
+                let kind = ProblemKind::MissingAttribute { element: element.into(), attribute: column.name.into() };
+                self.report(kind, self.document.span(node));
             }
         }
     }
@@ -246,13 +272,22 @@ impl Check<'_> {
             if (what == "body" && name == "world") || self.names.contains_key(&(what, name.clone())) {
                 continue;
             }
-            let known = self.names.keys().filter(|(w, _)| *w == what).map(|(_, n)| n.as_str());
-            let near = nearest(&name, known).map(str::to_string);
+            let known = || self.names.keys().filter(|(w, _)| *w == what).map(|(_, n)| n.as_str());
+            let help = match nearest(&name, known()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if what == "material" => format!("add `<material name=\"{name}\"/>` to `<asset>`"),
+                None => match known().count() {
+                    0 => format!("no {what} has a name here"),
+                    1..=5 => format!("there is {}", or(known().map(|n| format!("`{n}`")))),
+                    _ => String::new(),
+                },
+            };
             let kind = match what {
                 CLASS => ProblemKind::UnknownClass { name },
                 _ => ProblemKind::UnknownReference { what: what.into(), name },
             };
-            self.problems.push(Problem::new(kind, span).suggest(near.as_deref()));
+            let problem = Problem::new(kind, span);
+            self.problems.push(if help.is_empty() { problem } else { problem.help(help) });
         }
     }
 
@@ -279,7 +314,7 @@ impl Check<'_> {
                 Ok(value) => self.rule(&attribute.name, column.rule, value, word, span),
             }
         }
-        self.count(attribute, min, max, "number");
+        self.count(attribute, column, min, max, "number");
     }
 
     fn integers(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize) {
@@ -296,7 +331,7 @@ impl Check<'_> {
                 Ok(value) => self.rule(&attribute.name, column.rule, value as f64, word, span),
             }
         }
-        self.count(attribute, min, max, "whole number");
+        self.count(attribute, column, min, max, "whole number");
     }
 
     fn rule(&mut self, attribute: &str, rule: Rule, value: f64, word: &str, span: Span) {
@@ -312,7 +347,7 @@ impl Check<'_> {
         self.report(ProblemKind::OutOfRange { attribute, rule, word }, span);
     }
 
-    fn count(&mut self, attribute: &Attribute, min: usize, max: usize, what: &str) {
+    fn count(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize, what: &str) {
         let found = attribute.value.split_ascii_whitespace().count();
         if (min..=max).contains(&found) {
             return;
@@ -330,7 +365,13 @@ impl Check<'_> {
             span.start = self.document.word_span(attribute, max).start;
         }
         let kind = ProblemKind::WrongCount { attribute: attribute.name.clone(), expected, found: found_words };
-        self.report(kind, span);
+        let problem = Problem::new(kind, span);
+        self.problems.push(match (column.default, column.unit) {
+            ("", "" | "1") => problem,
+            ("", unit) => problem.help(format!("in {unit}")),
+            (default, "" | "1") => problem.help(format!("the default is `{default}`")),
+            (default, unit) => problem.help(format!("the default is `{default}`, in {unit}")),
+        });
     }
 }
 

@@ -59,8 +59,8 @@ pub enum ProblemKind {
     NotUtf8 { file: String },
     #[error("`{file}` is larger than 1 GiB")]
     TooLarge { file: String },
-    #[error("the file has no element")]
-    EmptyFile,
+    #[error("`{file}` has no element `<mujoco>`")]
+    EmptyFile { file: String },
 
     // XML.
     #[error("{what}")]
@@ -79,8 +79,8 @@ pub enum ProblemKind {
     DuplicateAttribute { attribute: String },
     #[error("{what}")]
     BadEntity { what: String },
-    #[error("text between elements has no meaning in MJCF")]
-    StrayText,
+    #[error("text between elements has no meaning in MJCF{}", elsewhere(*more))]
+    StrayText { more: usize },
     #[error("this is not an MJCF file: its outermost element is `{found}`, not `mujoco`")]
     NotMjcf { found: String },
     #[error("`{file}` includes itself")]
@@ -145,7 +145,7 @@ pub enum ProblemKind {
     Conflict { element: String, one: String, other: String },
     #[error("the orientation has no effect beside `fromto`")]
     OrientationLost,
-    #[error("the world cannot have a `{element}`")]
+    #[error("`{element}` cannot stand in the world itself")]
     NotInWorld { element: String },
     #[error("a free joint must belong to a body directly in `worldbody`")]
     FreeJointNested,
@@ -181,6 +181,8 @@ pub enum ProblemKind {
     RangeEmpty { low: f64, high: f64 },
     #[error("limited, but without a range")]
     LimitedWithoutRange,
+    #[error("the mass or the inertia of this body is too large a number")]
+    MassOverflow,
     #[error("{body} moves, but has no mass")]
     MovingWithoutMass { body: String },
     #[error("{body} moves, but has no inertia")]
@@ -195,8 +197,6 @@ pub enum ProblemKind {
     PairTwice,
     #[error("this pair does nothing: its geoms never move against one another")]
     PairAtRest,
-    #[error("Penny cannot find contacts between {first} and {second}")]
-    NoCollider { first: &'static str, second: &'static str },
     #[error("`{attribute}` of this scene has {needs}, but {given} given")]
     KeyframeCount { attribute: &'static str, needs: String, given: String },
     #[error("`{name}` must be one number, zero or more")]
@@ -214,7 +214,7 @@ impl ProblemKind {
             IsFolder { .. } => "is-folder",
             NotUtf8 { .. } => "not-utf8",
             TooLarge { .. } => "too-large",
-            EmptyFile => "empty-file",
+            EmptyFile { .. } => "empty-file",
             BrokenXml { .. } => "broken-xml",
             UnclosedElement { .. } => "unclosed-element",
             UnmatchedEnd { .. } => "unmatched-end",
@@ -223,7 +223,7 @@ impl ProblemKind {
             TooDeep { .. } => "too-deep",
             DuplicateAttribute { .. } => "duplicate-attribute",
             BadEntity { .. } => "bad-entity",
-            StrayText => "stray-text",
+            StrayText { .. } => "stray-text",
             NotMjcf { .. } => "not-mjcf",
             IncludeCycle { .. } => "include-cycle",
             IncludeTwice { .. } => "include-twice",
@@ -269,6 +269,7 @@ impl ProblemKind {
             BallRangeStart { .. } => "ball-range-start",
             RangeEmpty { .. } => "range-empty",
             LimitedWithoutRange => "limited-without-range",
+            MassOverflow => "mass-overflow",
             MovingWithoutMass { .. } => "moving-without-mass",
             MovingWithoutInertia { .. } => "moving-without-inertia",
             InertiaImpossible { .. } => "inertia-impossible",
@@ -276,7 +277,6 @@ impl ProblemKind {
             PairOfOne => "pair-of-one",
             PairTwice => "pair-twice",
             PairAtRest => "pair-at-rest",
-            NoCollider { .. } => "no-collider",
             KeyframeCount { .. } => "keyframe-count",
             NotOneCoefficient { .. } => "not-one-coefficient",
             UnknownLaw { .. } => "unknown-law",
@@ -286,10 +286,18 @@ impl ProblemKind {
     pub fn severity(&self) -> Severity {
         use ProblemKind::*;
         match self {
-            StrayText | Ignored { .. } | OrientationLost | RangeLost | PairAtRest | MixedSolref { .. } => {
+            StrayText { .. } | Ignored { .. } | OrientationLost | RangeLost | PairAtRest | MixedSolref { .. } => {
                 Severity::Warning
             }
             _ => Severity::Error,
         }
+    }
+}
+
+fn elsewhere(more: usize) -> String {
+    match more {
+        0 => String::new(),
+        1 => " (here and in one more place)".to_string(),
+        _ => format!(" (here and in {more} more places)"),
     }
 }

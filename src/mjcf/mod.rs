@@ -1,13 +1,17 @@
 //! MJCF text to a checked, typed scene: the only part of Penny that knows XML.
 //!
-//!     file ─ parse → Document (spans) ─ check against the schema → read, defaults merged → Spec
+//! ```text
+//! file ─ parse → Document (spans) ─ check against the schema → read, defaults merged → Spec
+//! ```
 //!
 //! Every stage collects its problems instead of stopping at the first.
 
+mod bodies;
 mod check;
 mod defaults;
 pub mod document;
 pub mod error;
+mod item;
 mod parse;
 mod read;
 mod render;
@@ -15,6 +19,7 @@ pub mod schema;
 pub mod source;
 pub mod spec;
 mod suggest;
+mod table;
 
 use std::path::Path;
 

@@ -1,6 +1,7 @@
 //! XML text to [`Document`]: quick-xml's events, made into a tree that keeps every place; includes spliced in.
 
 use std::collections::BTreeSet;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use quick_xml::Reader;
@@ -26,7 +27,13 @@ pub fn load(path: &Path) -> (Document, Vec<Problem>) {
         Err((kind, valid)) => {
             let end = valid.len();
             let document = Document { files: vec![Source { name, text: valid }], nodes: Vec::new() };
-            (document, vec![Problem::new(kind, Span::new(0, end, end))])
+            let problem = Problem::new(kind, Span::new(0, end, end));
+            let problem = match problem.kind {
+                ProblemKind::NotUtf8 { .. } => problem.help("from here on: save it as UTF-8"),
+                _ => problem
+                    .suggest(similar_file(path).map(|near| path.with_file_name(near).display().to_string()).as_deref()),
+            };
+            (document, vec![problem])
         }
     }
 }
@@ -40,10 +47,11 @@ pub fn parse(name: &str, text: &str) -> (Document, Vec<Problem>) {
         folder: Path::new(name).parent().unwrap_or(Path::new("")).to_path_buf(),
         open: vec![canonical(Path::new(name))],
         seen: BTreeSet::from([canonical(Path::new(name))]),
+        last_stray: Span::default(),
     };
     parser.file(Source { name: name.to_string(), text: text.to_string() }, None);
     if parser.document.nodes.is_empty() && parser.problems.is_empty() {
-        parser.problems.push(Problem::new(ProblemKind::EmptyFile, Span::default()));
+        parser.report(ProblemKind::EmptyFile { file: name.to_string() }, Span::default());
     }
     (parser.document, parser.problems)
 }
@@ -54,22 +62,35 @@ fn read_text(path: &Path, name: &str) -> Result<String, (ProblemKind, String)> {
     if path.is_dir() {
         return Err((ProblemKind::IsFolder { file }, String::new()));
     }
-    if path.metadata().is_ok_and(|m| m.len() > MAX_BYTES) {
-        return Err((ProblemKind::TooLarge { file }, String::new()));
-    }
-    let bytes = std::fs::read(path).map_err(|error| {
+    let mut bytes = Vec::new();
+    let read = std::fs::File::open(path).and_then(|f| f.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    if let Err(error) = read {
         let why = match error.kind() {
             std::io::ErrorKind::NotFound => "there is no such file".to_string(),
             std::io::ErrorKind::PermissionDenied => "permission denied".to_string(),
             _ => error.to_string(),
         };
-        (ProblemKind::CannotRead { file: file.clone(), why }, String::new())
-    })?;
+        return Err((ProblemKind::CannotRead { file, why }, String::new()));
+    }
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err((ProblemKind::TooLarge { file }, String::new()));
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         (ProblemKind::NotUtf8 { file }, String::from_utf8_lossy(&error.as_bytes()[..valid]).into_owned())
     })?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// A file beside the missing one with nearly its name.
+fn similar_file(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy().into_owned();
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut files: Vec<String> =
+        folder.read_dir().ok()?.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    files.sort();
+    let near = nearest(&name, files.iter().filter(|f| **f != name).map(String::as_str))?;
+    Some(near.to_string())
 }
 
 fn canonical(path: &Path) -> PathBuf {
@@ -84,6 +105,8 @@ struct Parser {
     /// The files being read, main file first.
     open: Vec<PathBuf>,
     seen: BTreeSet<PathBuf>,
+    /// The text between elements that came last.
+    last_stray: Span,
 }
 
 /// An element whose end tag has not come yet.
@@ -105,6 +128,11 @@ struct File<'a> {
 }
 
 impl File<'_> {
+    /// Whether nothing stands between two places.
+    fn blank(&self, from: u32, to: u32) -> bool {
+        self.text.get(from as usize..to as usize).is_some_and(|between| between.trim().is_empty())
+    }
+
     /// The place of a slice of the text.
     fn span(&self, part: &str) -> Span {
         let start = part.as_ptr() as usize - self.text.as_ptr() as usize;
@@ -132,6 +160,7 @@ impl Parser {
             let span = Span::new(number, start, reader.buffer_position() as usize);
             match event {
                 Ok(Event::Eof) => break,
+                Ok(Event::Start(tag) | Event::Empty(tag)) if self.runs_on(&file, &tag) => return,
                 Ok(Event::Start(tag)) => self.start(&mut file, &tag, true),
                 Ok(Event::Empty(tag)) => self.start(&mut file, &tag, false),
                 Ok(Event::End(tag)) => self.end(&mut file, tag.name().as_ref(), span),
@@ -140,8 +169,8 @@ impl Parser {
                 Ok(Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_)) => {}
                 Err(error) => {
                     let at = (reader.error_position() as usize).min(text.len());
-                    let what = sentence(&error);
-                    self.report(ProblemKind::BrokenXml { what }, Span::new(number, at, (at + 1).min(text.len())));
+                    let len = text.get(at..).and_then(|t| t.find(char::is_whitespace)).unwrap_or(text.len() - at);
+                    self.problems.push(broken(&error, Span::new(number, at, at + len)));
                     return;
                 }
             }
@@ -154,6 +183,39 @@ impl Parser {
                     .related(eof, "the file ends here"),
             );
         }
+    }
+
+    /// A tag that has swallowed the next one: what follows is not what was meant, so reading ends there.
+    fn runs_on(&mut self, file: &File, tag: &BytesStart) -> bool {
+        let content: &str = tag;
+        let Some(next) = content.find('<') else {
+            return false;
+        };
+        let mut quote = None;
+        for (i, c) in content[..next].char_indices() {
+            match quote {
+                None if c == '"' || c == '\'' => quote = Some((i, c)),
+                Some((_, open)) if c == open => quote = None,
+                _ => {}
+            }
+        }
+        let place = |from: usize, to: usize| file.span(&content[from..to]);
+        self.problems.push(match quote {
+            Some((open, _)) => {
+                let line = content[open..next].find('\n').map_or(next, |i| open + i);
+                let what = "a value in quotes cannot contain `<`".to_string();
+                Problem::new(ProblemKind::BrokenXml { what }, place(open, line))
+                    .help("is a closing quote missing? a plain `<` is written `&lt;`")
+            }
+            None => {
+                let what = format!("`<{}` is never closed by `>`", tag.name().as_ref());
+                let mut start = place(0, tag.name().as_ref().len());
+                start.start = start.start.saturating_sub(1);
+                Problem::new(ProblemKind::BrokenXml { what }, start)
+                    .related(place(next, next + 1), "the next tag begins here")
+            }
+        });
+        true
     }
 
     fn start(&mut self, file: &mut File, tag: &BytesStart, has_content: bool) {
@@ -212,7 +274,11 @@ impl Parser {
                     let key_at = base + key.as_ptr() as usize - content.as_ptr() as usize;
                     let raw: &str = &attribute.value;
                     let raw_at = base + raw.as_ptr() as usize - content.as_ptr() as usize;
-                    let value_span = Span::new(file.number, raw_at, raw_at + raw.len());
+                    // Of an empty value one sees the quotes.
+                    let value_span = match raw.len() {
+                        0 => Span::new(file.number, raw_at - 1, raw_at + 1),
+                        len => Span::new(file.number, raw_at, raw_at + len),
+                    };
                     out.push(Attribute {
                         name: key.to_string(),
                         name_span: Span::new(file.number, key_at, key_at + key.len()),
@@ -319,20 +385,37 @@ impl Parser {
     }
 
     fn stray(&mut self, file: &File, span: Span) {
-        let kind = if file.stack.is_empty() { ProblemKind::TextOutside } else { ProblemKind::StrayText };
-        self.report(kind, span);
+        if file.stack.is_empty() {
+            return self.report(ProblemKind::TextOutside, span);
+        }
+        // Entities cut a text into several events.
+        let last = std::mem::replace(&mut self.last_stray, span);
+        let goes_on = last.file == span.file && last.end > 0 && file.blank(last.end, span.start);
+        // One warning for a file is enough: pasted text has a bar or a bullet on every line.
+        let of_file = |p: &&mut Problem| p.span.file == file.number && matches!(p.kind, ProblemKind::StrayText { .. });
+        match self.problems.iter_mut().find(of_file) {
+            None => self.report(ProblemKind::StrayText { more: 0 }, span),
+            Some(first) if goes_on && first.span.end == last.end => first.span.end = span.end,
+            Some(Problem { kind: ProblemKind::StrayText { more }, .. }) if !goes_on => *more += 1,
+            Some(_) => {}
+        }
     }
 
     /// Reads another file and puts the children of its outermost element in the include's place.
     fn include(&mut self, include: &Node, parent: NodeId) {
-        let Some(attribute) = include.attributes.iter().find(|a| a.name == "file") else {
-            let kind = ProblemKind::MissingAttribute { element: "include".into(), attribute: "file".into() };
-            return self.report(kind, include.span);
-        };
+        let mut misspelt = false;
         for other in include.attributes.iter().filter(|a| a.name != "file") {
             let kind = ProblemKind::UnknownAttribute { element: "include".into(), attribute: other.name.clone() };
-            self.report(kind, other.name_span);
+            self.problems.push(Problem::new(kind, other.name_span).suggest(nearest(&other.name, ["file"])));
+            misspelt = true;
         }
+        let Some(attribute) = include.attributes.iter().find(|a| a.name == "file") else {
+            if !misspelt {
+                let kind = ProblemKind::MissingAttribute { element: "include".into(), attribute: "file".into() };
+                self.report(kind, include.span);
+            }
+            return;
+        };
         let path = self.folder.join(&attribute.value);
         let name = path.display().to_string();
         let file = attribute.value.clone();
@@ -345,7 +428,10 @@ impl Parser {
             return self.report(ProblemKind::IncludeTwice { file }, place);
         }
         match read_text(&path, &name) {
-            Err((kind, _)) => self.report(kind, place),
+            Err((kind, _)) => {
+                let near = similar_file(&path).map(|near| Path::new(&file).with_file_name(near).display().to_string());
+                self.problems.push(Problem::new(kind, place).suggest(near.as_deref()));
+            }
             Ok(text) => {
                 let before = (self.document.node(parent).children.len(), self.problems.len());
                 self.open.push(identity);
@@ -360,20 +446,21 @@ impl Parser {
 }
 
 /// quick-xml's syntax errors, in our words.
-fn sentence(error: &quick_xml::Error) -> String {
+fn broken(error: &quick_xml::Error, span: Span) -> Problem {
     use quick_xml::errors::SyntaxError::*;
     let quick_xml::Error::Syntax(syntax) = error else {
-        return error.to_string();
+        return Problem::new(ProblemKind::BrokenXml { what: error.to_string() }, span);
     };
-    match syntax {
-        UnclosedTag => "this tag is never closed by `>`",
-        UnclosedSingleQuotedAttributeValue => "a value in this tag is never closed by '",
-        UnclosedDoubleQuotedAttributeValue => "a value in this tag is never closed by \"",
-        UnclosedComment => "this comment is never closed by `-->`",
-        UnclosedCData => "this CDATA section is never closed by `]]>`",
-        UnclosedDoctype => "this DOCTYPE is never closed by `>`",
-        UnclosedPI | UnclosedXmlDecl => "this processing instruction is never closed by `?>`",
-        InvalidBangMarkup => "`<!` must begin a comment `<!--`",
-    }
-    .to_string()
+    let (what, help) = match syntax {
+        UnclosedTag => ("this tag is never closed by `>`", ""),
+        UnclosedSingleQuotedAttributeValue => ("a value is never closed by '", "check the quotes from here on"),
+        UnclosedDoubleQuotedAttributeValue => ("a value is never closed by \"", "check the quotes from here on"),
+        UnclosedComment => ("this comment is never closed by `-->`", ""),
+        UnclosedCData => ("this CDATA section is never closed by `]]>`", ""),
+        UnclosedDoctype => ("this DOCTYPE is never closed by `>`", ""),
+        UnclosedPI | UnclosedXmlDecl => ("this processing instruction is never closed by `?>`", ""),
+        InvalidBangMarkup => ("`<!` must begin a comment `<!-- … -->`", ""),
+    };
+    let problem = Problem::new(ProblemKind::BrokenXml { what: what.to_string() }, span);
+    if help.is_empty() { problem } else { problem.help(help) }
 }

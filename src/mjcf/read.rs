@@ -4,9 +4,11 @@
 
 use std::collections::BTreeMap;
 
-use super::defaults::{self, Classes, MAIN, ORIENTATIONS, Value, Values};
+use super::bodies::Context;
+use super::defaults::{self, Classes, MAIN, Values};
 use super::document::{Document, NodeId, Span};
 use super::error::{Problem, ProblemKind};
+use super::item::Item;
 use super::schema::{self, Element};
 use super::spec::*;
 use super::suggest::nearest;
@@ -17,9 +19,9 @@ pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> S
         document.node(root).children.iter().copied().filter(|&n| document.node(n).name == name).collect()
     };
     let classes = Classes::read(document, &sections("default"), problems);
-    let mut reader = Reader { document, classes, problems, autolimits: true };
+    let mut reader = Reader { document, problems, inertiafromgeom: None, classes };
     let compiler = reader.compiler(&sections("compiler"));
-    reader.autolimits = compiler.autolimits;
+    reader.inertiafromgeom = compiler.inertiafromgeom;
     let options = sections("option");
     let mut spec = Spec {
         model_name: document.attribute(root, "model").map_or(String::new(), |a| a.value.clone()),
@@ -47,118 +49,21 @@ pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> S
     spec
 }
 
-struct Reader<'a> {
-    document: &'a Document,
+pub struct Reader<'a> {
+    pub document: &'a Document,
+    pub problems: &'a mut Vec<Problem>,
+    /// `<compiler inertiafromgeom>`
+    pub inertiafromgeom: Option<bool>,
     classes: Classes,
-    problems: &'a mut Vec<Problem>,
-    autolimits: bool,
-}
-
-/// What surrounds an element.
-#[derive(Clone, Copy)]
-struct Context<'a> {
-    /// The class of elements that name none.
-    class: &'a str,
-    /// The `<frame>`s between the body and the element, outermost first.
-    frames: &'a [Pose],
-    /// 0 in the world.
-    depth: usize,
-}
-
-/// An element with its values: its own, its class's, or the schema's defaults.
-struct Item {
-    node: NodeId,
-    row: &'static Element,
-    values: Values,
-}
-
-impl Item {
-    /// Whether the element or its class gives this.
-    fn given(&self, name: &str) -> bool {
-        self.values.contains_key(name)
-    }
-
-    fn default(&self, name: &str) -> &'static str {
-        self.row.attribute(name).map_or("", |column| column.default)
-    }
-
-    fn numbers(&self, name: &str) -> Vec<f64> {
-        let mut all = super::check::floats(self.default(name)).unwrap_or_default();
-        if let Some(Value::Numbers(given)) = self.values.get(name) {
-            if all.len() < given.len() {
-                all = given.clone();
-            } else {
-                all[..given.len()].copy_from_slice(given);
-            }
-        }
-        all
-    }
-
-    fn array<const N: usize>(&self, name: &str) -> [f64; N] {
-        let mut array = [0.0; N];
-        array.iter_mut().zip(self.numbers(name)).for_each(|(a, v)| *a = v);
-        array
-    }
-
-    fn optional<const N: usize>(&self, name: &str) -> Option<[f64; N]> {
-        self.given(name).then(|| self.array(name))
-    }
-
-    fn number(&self, name: &str) -> f64 {
-        self.array::<1>(name)[0]
-    }
-
-    fn integer(&self, name: &str) -> i32 {
-        self.number(name) as i32
-    }
-
-    fn word(&self, name: &str) -> &str {
-        match self.values.get(name) {
-            Some(Value::Text(text)) => text,
-            _ => self.default(name),
-        }
-    }
-
-    fn yes(&self, name: &str) -> bool {
-        matches!(self.word(name), "true" | "enable")
-    }
-
-    /// `None` is "auto".
-    fn maybe(&self, name: &str) -> Option<bool> {
-        match self.word(name) {
-            "true" => Some(true),
-            "false" => Some(false),
-            _ => None,
-        }
-    }
-
-    fn name(&self) -> Option<String> {
-        Some(self.word("name").to_string()).filter(|name| !name.is_empty())
-    }
-
-    fn orientation(&self) -> Orientation {
-        match ORIENTATIONS.into_iter().find(|name| self.given(name)) {
-            Some("quat") => Orientation::Quat(self.array("quat")),
-            Some("axisangle") => Orientation::AxisAngle(self.array("axisangle")),
-            Some("xyaxes") => Orientation::XyAxes(self.array("xyaxes")),
-            Some("zaxis") => Orientation::ZAxis(self.array("zaxis")),
-            Some("euler") => Orientation::Euler(self.array("euler")),
-            _ => Orientation::None,
-        }
-    }
-
-    fn pose(&self, frames: &[Pose]) -> Pose {
-        Pose { pos: self.array("pos"), orientation: self.orientation(), frames: frames.to_vec() }
-    }
 }
 
 impl Reader<'_> {
-    fn report(&mut self, kind: ProblemKind, span: Span) {
+    pub fn report(&mut self, kind: ProblemKind, span: Span) {
         self.problems.push(Problem::new(kind, span));
     }
 
     /// The element with the values of its class: its own `class`, else the one around it.
-    fn item(&mut self, node: NodeId, parent: &str, class: &str) -> Option<Item> {
+    pub fn item(&mut self, node: NodeId, parent: &str, class: &str) -> Option<Item> {
         let element = &self.document.node(node).name;
         let row = schema::find(parent, element).filter(|row| !matches!(row.status, schema::Status::Unsupported(..)))?;
         let class = self.document.attribute(node, "class").map_or(class, |a| a.value.as_str());
@@ -203,9 +108,6 @@ impl Reader<'_> {
             boundmass: item.number("boundmass"),
             boundinertia: item.number("boundinertia"),
             settotalmass: item.number("settotalmass"),
-            alignfree: item.yes("alignfree"),
-            discardvisual: item.yes("discardvisual"),
-            fusestatic: item.yes("fusestatic"),
         }
     }
 
@@ -232,287 +134,6 @@ impl Reader<'_> {
             options.iter().flat_map(|&option| self.document.node(option).children.iter().copied()).collect();
         let Some(item) = self.merged(&nodes, "option", "flag") else { unreachable!("the schema has `flag`") };
         item.row.typed_attributes().map(|column| (column.name, item.yes(column.name))).collect()
-    }
-
-    // Bodies.
-
-    /// What stands in a body or in one of its frames.
-    fn children(&mut self, node: NodeId, body: &mut Body, context: &Context) {
-        for &child in &self.document.node(node).children {
-            match self.document.node(child).name.as_str() {
-                "body" => {
-                    if let Some(child) = self.body(child, context) {
-                        body.children.push(child);
-                    }
-                }
-                "frame" => self.frame(child, body, context),
-                "inertial" | "joint" | "freejoint" if context.depth == 0 => {
-                    let element = self.document.node(child).name.clone();
-                    let kind = ProblemKind::NotInWorld { element };
-                    let problem = Problem::new(kind, self.document.span(child));
-                    self.problems.push(problem.help("put it into a `<body>`"));
-                }
-                "inertial" => body.inertial = self.inertial(child, context).or(body.inertial.take()),
-                "joint" => self.joint(child, body, context),
-                "freejoint" => self.freejoint(child, body, context),
-                "geom" => {
-                    if let Some(geom) = self.geom(child, context) {
-                        body.geoms.push(geom);
-                    }
-                }
-                _ => {}
-            }
-        }
-    }
-
-    fn body(&mut self, node: NodeId, context: &Context) -> Option<Body> {
-        let item = self.item(node, "body", MAIN)?;
-        self.one_orientation(node);
-        let mut body = Body {
-            node,
-            name: item.name(),
-            pose: item.pose(context.frames),
-            mocap: item.yes("mocap"),
-            gravcomp: item.number("gravcomp"),
-            ..Body::default()
-        };
-        let class = Some(item.word("childclass")).filter(|c| !c.is_empty()).unwrap_or(context.class);
-        self.children(node, &mut body, &Context { class, frames: &[], depth: context.depth + 1 });
-        Some(body)
-    }
-
-    fn frame(&mut self, node: NodeId, body: &mut Body, context: &Context) {
-        let Some(item) = self.item(node, "body", MAIN) else {
-            return;
-        };
-        self.one_orientation(node);
-        let mut frames = context.frames.to_vec();
-        frames.push(item.pose(&[]));
-        let own = [item.word("childclass"), item.word("class")].into_iter().find(|c| !c.is_empty());
-        let class = own.unwrap_or(context.class);
-        self.children(node, body, &Context { class, frames: &frames, depth: context.depth });
-    }
-
-    fn inertial(&mut self, node: NodeId, context: &Context) -> Option<Inertial> {
-        let item = self.item(node, "body", MAIN)?;
-        self.one_orientation(node);
-        if item.given("fullinertia") {
-            let other = ["diaginertia"].into_iter().chain(ORIENTATIONS).find(|name| item.given(name));
-            if let Some(other) = other {
-                self.conflict(node, "fullinertia", other, "`fullinertia` needs neither principal moments nor axes");
-            }
-        }
-        Some(Inertial {
-            node,
-            pos: item.array("pos"),
-            orientation: item.orientation(),
-            mass: item.number("mass"),
-            diaginertia: item.optional("diaginertia"),
-            fullinertia: item.optional("fullinertia"),
-            frames: context.frames.to_vec(),
-        })
-    }
-
-    fn joint(&mut self, node: NodeId, body: &mut Body, context: &Context) {
-        let Some(item) = self.item(node, "body", context.class) else {
-            return;
-        };
-        let kind = match item.word("type") {
-            "free" => JointKind::Free,
-            "ball" => JointKind::Ball,
-            "slide" => JointKind::Slide,
-            _ => JointKind::Hinge,
-        };
-        for name in ["stiffness", "damping"] {
-            if item.numbers(name)[1..].iter().any(|&c| c != 0.0) {
-                let lost = "the force would be linear: its higher coefficients would be missing";
-                let kind = ProblemKind::Unsupported { name: name.into(), lost: lost.into() };
-                self.problems.push(Problem::new(kind, self.document.value_span(node, name)).help("give one number"));
-            }
-        }
-        if kind != JointKind::Free {
-            self.limits(&item);
-        }
-        let joint = Joint {
-            node,
-            name: item.name(),
-            kind,
-            pos: item.array("pos"),
-            axis: item.array("axis"),
-            springref: item.number("springref"),
-            reference: item.number("ref"),
-            stiffness: item.number("stiffness"),
-            damping: item.number("damping"),
-            armature: item.number("armature"),
-            frictionloss: item.number("frictionloss"),
-            range: item.optional("range"),
-            limited: item.maybe("limited"),
-            align: None,
-            margin: item.number("margin"),
-            solreflimit: item.array("solreflimit"),
-            solimplimit: item.array("solimplimit"),
-            solreffriction: item.array("solreffriction"),
-            solimpfriction: item.array("solimpfriction"),
-            frames: context.frames.to_vec(),
-        };
-        self.add_joint(joint, body, context);
-    }
-
-    /// A free joint takes nothing from the joints' default classes.
-    fn freejoint(&mut self, node: NodeId, body: &mut Body, context: &Context) {
-        let (Some(item), Some(row)) = (self.item(node, "body", MAIN), schema::find("body", "joint")) else {
-            return;
-        };
-        let plain = Item { node, row, values: Values::new() };
-        let joint = Joint {
-            node,
-            name: item.name(),
-            kind: JointKind::Free,
-            pos: [0.0; 3],
-            axis: plain.array("axis"),
-            springref: 0.0,
-            reference: 0.0,
-            stiffness: 0.0,
-            damping: 0.0,
-            armature: 0.0,
-            frictionloss: 0.0,
-            range: None,
-            limited: None,
-            align: item.maybe("align"),
-            margin: 0.0,
-            solreflimit: plain.array("solreflimit"),
-            solimplimit: plain.array("solimplimit"),
-            solreffriction: plain.array("solreffriction"),
-            solimpfriction: plain.array("solimpfriction"),
-            frames: context.frames.to_vec(),
-        };
-        self.add_joint(joint, body, context);
-    }
-
-    fn add_joint(&mut self, joint: Joint, body: &mut Body, context: &Context) {
-        let span = self.document.span(joint.node);
-        if joint.kind == JointKind::Free && context.depth > 1 {
-            let problem = Problem::new(ProblemKind::FreeJointNested, span);
-            let outer = self.document.span(body.node);
-            self.problems.push(problem.related(outer, "this body stands in another body"));
-        }
-        if let Some(first) = body.joints.first() {
-            let first_span = self.document.span(first.node);
-            if joint.kind == JointKind::Free || first.kind == JointKind::Free {
-                let problem = Problem::new(ProblemKind::FreeJointNotAlone, span);
-                self.problems.push(problem.related(first_span, "first joint here"));
-            }
-        }
-        body.joints.push(joint);
-    }
-
-    // Geoms.
-
-    fn geom(&mut self, node: NodeId, context: &Context) -> Option<Geom> {
-        let item = self.item(node, "body", context.class)?;
-        self.one_orientation(node);
-        let kind = self.geom_kind(&item)?;
-        if item.given("fromto") {
-            self.fromto(&item);
-        }
-        let size: Vec<f64> = item.numbers("size");
-        Some(Geom {
-            node,
-            name: item.name(),
-            kind,
-            pose: item.pose(context.frames),
-            fromto: item.optional("fromto"),
-            size,
-            mass: item.optional::<1>("mass").map(|[mass]| mass),
-            density: item.number("density"),
-            shellinertia: item.yes("shellinertia"),
-            contype: item.integer("contype") as u32,
-            conaffinity: item.integer("conaffinity") as u32,
-            condim: item.integer("condim").max(0) as usize,
-            group: item.integer("group"),
-            priority: item.integer("priority"),
-            friction: item.array("friction"),
-            solmix: item.number("solmix"),
-            solref: item.array("solref"),
-            solimp: item.array("solimp"),
-            margin: item.number("margin"),
-            gap: item.number("gap"),
-            rgba: item.array::<4>("rgba").map(|c| c as f32),
-        })
-    }
-
-    /// The shape; `None` for one that Penny lacks, which is an error unless the geom is only there to be seen.
-    fn geom_kind(&mut self, item: &Item) -> Option<GeomKind> {
-        let name = item.word("type");
-        let kind = match name {
-            "plane" => Some(GeomKind::Plane),
-            "sphere" => Some(GeomKind::Sphere),
-            "capsule" => Some(GeomKind::Capsule),
-            "ellipsoid" => Some(GeomKind::Ellipsoid),
-            "cylinder" => Some(GeomKind::Cylinder),
-            "box" => Some(GeomKind::Box),
-            _ => None,
-        };
-        if kind.is_some() && !item.given("mesh") {
-            return kind;
-        }
-        let weightless =
-            [("mass", ""), ("density", "1000")].iter().any(|&(name, _)| item.given(name) && item.number(name) == 0.0);
-        let touches = item.integer("contype") != 0 || item.integer("conaffinity") != 0;
-        if touches || !weightless {
-            let (attribute, name) = if kind.is_some() { ("mesh", "mesh") } else { ("type", name) };
-            let lost = if touches { "nothing would touch it" } else { "its mass and inertia would be missing" };
-            let kind = ProblemKind::Unsupported { name: name.into(), lost: lost.into() };
-            let span = self.document.value_span(item.node, attribute);
-            self.problems
-                .push(Problem::new(kind, span).help("use a plane, sphere, capsule, ellipsoid, cylinder or box"));
-        }
-        None
-    }
-
-    fn fromto(&mut self, item: &Item) {
-        let node = item.node;
-        if item.array("pos") != [0.0; 3] {
-            self.conflict(node, "fromto", "pos", "`fromto` says where the geom is");
-        }
-        let own = ORIENTATIONS.iter().find(|name| self.document.attribute(node, name).is_some());
-        if let (Some(name), Some(_)) = (own, self.document.attribute(node, "fromto")) {
-            self.report(ProblemKind::OrientationLost, self.document.name_span(node, name));
-        }
-    }
-
-    // Rules shared by several elements.
-
-    /// At most one orientation in the element itself.
-    fn one_orientation(&mut self, node: NodeId) {
-        let mut own = self.document.node(node).attributes.iter().filter(|a| ORIENTATIONS.contains(&a.name.as_str()));
-        let Some(first) = own.next() else {
-            return;
-        };
-        if let Some(second) = own.next() {
-            let kind = ProblemKind::SeveralOrientations { element: self.document.node(node).name.clone() };
-            let problem = Problem::new(kind, second.name_span);
-            self.problems.push(problem.related(first.name_span, "first one here"));
-        }
-    }
-
-    fn conflict(&mut self, node: NodeId, one: &str, other: &str, help: &str) {
-        let element = self.document.node(node).name.clone();
-        let kind = ProblemKind::Conflict { element, one: one.into(), other: other.into() };
-        self.problems.push(Problem::new(kind, self.document.name_span(node, other)).help(help));
-    }
-
-    /// A range that must limit has to increase; one that may limit and does not increase is lost.
-    fn limits(&mut self, item: &Item) {
-        let [low, high] = item.array("range");
-        let span = self.document.value_span(item.node, "range");
-        match item.maybe("limited") {
-            Some(true) if low >= high => self.report(ProblemKind::RangeEmpty { low, high }, span),
-            None if low > high && self.document.attribute(item.node, "range").is_some() => {
-                self.report(ProblemKind::RangeLost, span);
-            }
-            _ => {}
-        }
     }
 
     // Contacts, data, actuators.
@@ -550,7 +171,7 @@ impl Reader<'_> {
         if size > 0 && data.len() > size {
             let kind = ProblemKind::WrongCount {
                 attribute: "data".into(),
-                expected: format!("{size} numbers as `size` says"),
+                expected: format!("as many numbers as `size` says, {size}"),
                 found: format!("{} are", data.len()),
             };
             self.report(kind, self.document.value_span(item.node, "data"));

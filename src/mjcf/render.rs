@@ -1,6 +1,6 @@
 //! Problems as text, with the lines they are about.
 
-use annotate_snippets::{Annotation, AnnotationKind, Element, Level, Origin, Renderer, Snippet};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 
 use super::document::{Document, Span};
 use super::error::{Problem, Severity};
@@ -18,20 +18,27 @@ pub fn render(document: &Document, problems: &[Problem], colour: bool) -> String
         if !out.is_empty() {
             out.push('\n');
         }
-        out.push_str(renderer.render(&[report(document, problem)]).trim_end());
+        out.push_str(report(document, problem, &renderer).trim_end());
         out.push('\n');
     }
     out
 }
 
-fn report<'a>(document: &'a Document, problem: &'a Problem) -> annotate_snippets::Group<'a> {
+fn report(document: &Document, problem: &Problem, renderer: &Renderer) -> String {
     let level = match problem.severity() {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let below = problem.help.as_deref().filter(|help| help.chars().count() > LABEL_WIDTH);
-    let beside = problem.help.as_deref().filter(|_| below.is_none());
     let title = level.primary_title(problem.kind.to_string()).id(problem.kind.code());
+    let help = problem.help.as_deref();
+    // A file without text has no lines to show; its name is in the sentence.
+    if document.files[problem.span.file as usize].text.trim().is_empty() {
+        let help = help.map(|help| Group::with_title(Level::HELP.primary_title(help)));
+        let lines = std::iter::once(Group::with_title(title)).chain(help);
+        return lines.map(|line| renderer.render(&[line]) + "\n").collect();
+    }
+    let below = help.filter(|help| help.chars().count() > LABEL_WIDTH);
+    let beside = help.filter(|_| below.is_none());
     let mut group = title.element(place(document, problem, beside));
     for (span, label) in problem.related.iter().filter(|(span, _)| span.file != problem.span.file) {
         group = group.element(snippet(document, &[(*span, Some(label), AnnotationKind::Context)]));
@@ -39,11 +46,11 @@ fn report<'a>(document: &'a Document, problem: &'a Problem) -> annotate_snippets
     if let Some(help) = below {
         group = group.element(Level::HELP.message(help));
     }
-    group
+    renderer.render(&[group])
 }
 
 /// The snippet of the problem itself, with the related places of the same file.
-fn place<'a>(document: &'a Document, problem: &'a Problem, help: Option<&'a str>) -> Element<'a> {
+fn place<'a>(document: &'a Document, problem: &'a Problem, help: Option<&'a str>) -> Snippet<'a, Annotation<'a>> {
     let mut marks = vec![(problem.span, help, AnnotationKind::Primary)];
     for (span, label) in problem.related.iter().filter(|(span, _)| span.file == problem.span.file) {
         marks.push((*span, Some(label), AnnotationKind::Context));
@@ -51,12 +58,12 @@ fn place<'a>(document: &'a Document, problem: &'a Problem, help: Option<&'a str>
     snippet(document, &marks)
 }
 
-/// The lines from the first to the last mark; only the file's name if it has no text to show.
-fn snippet<'a>(document: &'a Document, marks: &[(Span, Option<&'a str>, AnnotationKind)]) -> Element<'a> {
+/// The lines from the first to the last mark.
+fn snippet<'a>(
+    document: &'a Document,
+    marks: &[(Span, Option<&'a str>, AnnotationKind)],
+) -> Snippet<'a, Annotation<'a>> {
     let source = &document.files[marks[0].0.file as usize];
-    if source.text.trim().is_empty() {
-        return Origin::path(source.name.as_str()).into();
-    }
     let text = source.text.as_str();
     let first = marks.iter().map(|m| source.floor(m.0.start as usize)).min().unwrap_or(0);
     let last = marks.iter().map(|m| source.floor(m.0.end as usize)).max().unwrap_or(0);
@@ -71,5 +78,4 @@ fn snippet<'a>(document: &'a Document, marks: &[(Span, Option<&'a str>, Annotati
         .path(source.name.as_str())
         .line_start(source.line_column(start).0)
         .annotations(annotations)
-        .into()
 }

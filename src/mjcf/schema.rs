@@ -1,14 +1,16 @@
-//! The one table of MJCF 4.0.0: every element, where it may stand, its attributes, and what Penny makes of them.
+//! The one table of MJCF: every element, where it may stand, its attributes, and what Penny makes of them.
 //!
 //! The reader checks files against it, takes defaults from it, and suggests names out of it. A valid name of
 //! MJCF is never "unknown" here: what Penny does not use is *silent* when it changes no motion, *ignored* with a
-//! warning, or *unsupported* with an error; the latter two say what is lost.
-//! Source: MuJoCo 4.0 manual, XML reference; defaults and strictness checked by running MuJoCo 4.0.0.
+//! warning, or *unsupported* with an error; the latter two say what is lost. Here are the columns; the rows are
+//! in `table.rs`.
+
+pub use super::table::SCHEMA;
 
 /// A row: one element, or several that differ only in name.
 pub struct Element {
     pub names: &'static str,
-    /// The elements it may stand in.
+    /// The elements it may stand in; `*` is all of them.
     pub parents: &'static str,
     pub status: Status,
     /// At most one within its parent.
@@ -69,567 +71,132 @@ pub enum Status {
     Unsupported(&'static str, &'static str),
 }
 
-const MANY: usize = usize::MAX;
-const BOOL: &[&str] = &["false", "true"];
-const AUTO: &[&str] = &["false", "true", "auto"];
-const ENABLE: &[&str] = &["disable", "enable"];
+pub(super) const BOOL: &[&str] = &["false", "true"];
+pub(super) const AUTO: &[&str] = &["false", "true", "auto"];
+pub(super) const ENABLE: &[&str] = &["disable", "enable"];
 
-const fn attribute(name: &'static str, kind: Kind, default: &'static str, unit: &'static str) -> Attribute {
+pub(super) const fn attribute(name: &'static str, kind: Kind, default: &'static str, unit: &'static str) -> Attribute {
     let (rule, status) = (Rule::Finite, Status::Supported);
     let in_default = !matches!(kind, Kind::Name(_) | Kind::Reference(_) | Kind::Class);
     Attribute { name, kind, default, unit, rule, status, required: false, in_default }
 }
-const fn number(name: &'static str, default: &'static str, unit: &'static str) -> Attribute {
+pub(super) const fn number(name: &'static str, default: &'static str, unit: &'static str) -> Attribute {
     attribute(name, Kind::Numbers(1, 1), default, unit)
 }
-const fn numbers(name: &'static str, count: usize, default: &'static str, unit: &'static str) -> Attribute {
+pub(super) const fn numbers(name: &'static str, count: usize, default: &'static str, unit: &'static str) -> Attribute {
     attribute(name, Kind::Numbers(count, count), default, unit)
 }
-const fn up_to(name: &'static str, count: usize, default: &'static str, unit: &'static str) -> Attribute {
+pub(super) const fn up_to(name: &'static str, count: usize, default: &'static str, unit: &'static str) -> Attribute {
     attribute(name, Kind::Numbers(1, count), default, unit)
 }
-const fn list(name: &'static str, unit: &'static str) -> Attribute {
-    attribute(name, Kind::Numbers(1, MANY), "", unit)
+pub(super) const fn list(name: &'static str, unit: &'static str) -> Attribute {
+    attribute(name, Kind::Numbers(1, usize::MAX), "", unit)
 }
-const fn integer(name: &'static str, default: &'static str) -> Attribute {
+pub(super) const fn integer(name: &'static str, default: &'static str) -> Attribute {
     attribute(name, Kind::Integers(1, 1), default, "")
 }
-const fn keyword(name: &'static str, words: &'static [&'static str], default: &'static str) -> Attribute {
+pub(super) const fn keyword(name: &'static str, words: &'static [&'static str], default: &'static str) -> Attribute {
     attribute(name, Kind::Keyword(words), default, "")
 }
-const fn text(name: &'static str) -> Attribute {
+pub(super) const fn text(name: &'static str) -> Attribute {
     attribute(name, Kind::Text, "", "")
 }
-const fn name(of: &'static str) -> Attribute {
+pub(super) const fn name(of: &'static str) -> Attribute {
     attribute("name", Kind::Name(of), "", "")
 }
-const fn reference(name: &'static str, of: &'static str) -> Attribute {
+pub(super) const fn reference(name: &'static str, of: &'static str) -> Attribute {
     attribute(name, Kind::Reference(of), "", "")
 }
-const fn class(name: &'static str) -> Attribute {
+pub(super) const fn class(name: &'static str) -> Attribute {
     attribute(name, Kind::Class, "", "")
 }
-const fn flag(name: &'static str, default: &'static str) -> Attribute {
+pub(super) const fn flag(name: &'static str, default: &'static str) -> Attribute {
     keyword(name, ENABLE, default)
 }
-const fn solref(name: &'static str) -> Attribute {
+pub(super) const fn solref(name: &'static str) -> Attribute {
     up_to(name, 2, "0.02 1", "s, 1 or −1/s², −1/s")
 }
-const fn solimp(name: &'static str) -> Attribute {
+pub(super) const fn solimp(name: &'static str) -> Attribute {
     up_to(name, 5, "0.9 0.95 0.001 0.5 2", "1, 1, m, 1, 1")
 }
 
 impl Attribute {
-    const fn rule(mut self, rule: Rule) -> Attribute {
+    pub(super) const fn rule(mut self, rule: Rule) -> Attribute {
         self.rule = rule;
         self
     }
-    const fn positive(self) -> Attribute {
+    pub(super) const fn positive(self) -> Attribute {
         self.rule(Rule::Positive)
     }
-    const fn not_negative(self) -> Attribute {
+    pub(super) const fn not_negative(self) -> Attribute {
         self.rule(Rule::NotNegative)
     }
-    const fn may_be_infinite(self) -> Attribute {
+    pub(super) const fn may_be_infinite(self) -> Attribute {
         self.rule(Rule::MayBeInfinite)
     }
-    const fn required(mut self) -> Attribute {
+    pub(super) const fn required(mut self) -> Attribute {
         self.required = true;
         self
     }
-    const fn in_default(mut self) -> Attribute {
+    pub(super) const fn in_default(mut self) -> Attribute {
         self.in_default = true;
         self
     }
-    const fn unsupported(mut self, lost: &'static str, cure: &'static str) -> Attribute {
+    /// Valid, and without influence on the motion.
+    pub(super) const fn without_effect(mut self) -> Attribute {
+        self.status = Status::Silent;
+        self
+    }
+    pub(super) const fn unsupported(mut self, lost: &'static str, cure: &'static str) -> Attribute {
         self.status = Status::Unsupported(lost, cure);
         self
     }
-    const fn ignored(mut self, lost: &'static str) -> Attribute {
+    pub(super) const fn ignored(mut self, lost: &'static str) -> Attribute {
         self.status = Status::Ignored(lost);
         self
     }
 }
 
-const fn element(names: &'static str, parents: &'static str, attributes: &'static [&'static [Attribute]]) -> Element {
+pub(super) const fn element(
+    names: &'static str,
+    parents: &'static str,
+    attributes: &'static [&'static [Attribute]],
+) -> Element {
     Element { names, parents, status: Status::Supported, once: false, attributes, silent: "" }
 }
 /// An element that changes no motion.
-const fn silent(names: &'static str, parents: &'static str, silent: &'static str) -> Element {
+pub(super) const fn silent(names: &'static str, parents: &'static str, silent: &'static str) -> Element {
     Element { names, parents, status: Status::Silent, once: false, attributes: &[], silent }
 }
 /// An element that Penny lacks; nothing inside it is checked.
-const fn unsupported(names: &'static str, parents: &'static str, lost: &'static str, cure: &'static str) -> Element {
+pub(super) const fn unsupported(
+    names: &'static str,
+    parents: &'static str,
+    lost: &'static str,
+    cure: &'static str,
+) -> Element {
     Element { names, parents, status: Status::Unsupported(lost, cure), once: false, attributes: &[], silent: "*" }
 }
 
 impl Element {
-    const fn once(mut self) -> Element {
+    pub(super) const fn once(mut self) -> Element {
         self.once = true;
         self
     }
     /// Further attributes that change no motion.
-    const fn and(mut self, silent: &'static str) -> Element {
+    pub(super) const fn and(mut self, silent: &'static str) -> Element {
         self.silent = silent;
         self
     }
-    const fn typed(mut self, attributes: &'static [&'static [Attribute]]) -> Element {
+    pub(super) const fn typed(mut self, attributes: &'static [&'static [Attribute]]) -> Element {
         self.attributes = attributes;
         self
     }
-    const fn ignored(mut self, lost: &'static str) -> Element {
+    pub(super) const fn ignored(mut self, lost: &'static str) -> Element {
         self.status = Status::Ignored(lost);
         self
     }
 }
-
-const REAL_WORLD: &str = "worldbody body frame";
-const WITH_DEFAULT: &str = "worldbody body frame default";
-
-const ORIENTATION: &[Attribute] = &[
-    numbers("quat", 4, "", "1"),
-    numbers("axisangle", 4, "", "1, 1, 1, angle"),
-    numbers("xyaxes", 6, "", "1"),
-    numbers("zaxis", 3, "", "1"),
-    numbers("euler", 3, "", "angle"),
-];
-const POS: Attribute = numbers("pos", 3, "0 0 0", "m");
-
-const NOT_IN_LAW: &str = "the force of contacts would differ";
-const ONLY_JOINTS: &str = "Penny's actuators act on joints";
-
-pub const SCHEMA: &[Element] = &[
-    element("mujoco", "", &[&[text("model")]]),
-    element("include", "*", &[&[text("file").required()]]),
-    // Settings.
-    element(
-        "compiler",
-        "mujoco",
-        &[&[
-            keyword("angle", &["radian", "degree"], "degree"),
-            attribute("eulerseq", Kind::Text, "xyz", ""),
-            keyword("autolimits", BOOL, "true"),
-            keyword("inertiafromgeom", AUTO, "auto"),
-            attribute("inertiagrouprange", Kind::Integers(2, 2), "0 5", ""),
-            keyword("balanceinertia", BOOL, "false"),
-            number("boundmass", "0", "kg").not_negative(),
-            number("boundinertia", "0", "kg m²").not_negative(),
-            number("settotalmass", "-1", "kg"),
-            keyword("alignfree", BOOL, "false"),
-            keyword("discardvisual", BOOL, "false"),
-            keyword("fusestatic", BOOL, "false"),
-            keyword("coordinate", &["local"], "local"),
-        ]],
-    )
-    .and(
-        "assetdir conflict fitaabb meshdir passthrough savecanonical savecompiled saveinertial strippath texturedir \
-         usethread",
-    ),
-    silent(
-        "lengthrange",
-        "compiler",
-        "accel interval inttotal maxforce mode timeconst timestep tolrange useexisting uselimit",
-    )
-    .once(),
-    element(
-        "option",
-        "mujoco",
-        &[&[
-            number("timestep", "0.002", "s").positive(),
-            numbers("gravity", 3, "0 0 -9.81", "m/s²"),
-            keyword("integrator", &["Euler", "RK4", "implicit", "implicitfast", "discrete"], "Euler"),
-            keyword("cone", &["pyramidal", "elliptic"], "pyramidal"),
-            // The three solvers reach the same optimum, so Penny always takes Newton.
-            keyword("solver", &["PGS", "CG", "Newton"], "Newton"),
-            keyword("jacobian", &["dense", "sparse", "auto"], "auto"),
-            number("impratio", "1", "1").positive(),
-            number("tolerance", "1e-8", "1").not_negative(),
-            integer("iterations", "100").not_negative(),
-            integer("noslip_iterations", "0").unsupported(NOT_IN_LAW, "leave it out; a large `impratio` reduces slip too"),
-            number("density", "0", "kg/m³").unsupported("bodies would feel no drag of the medium", "leave it out"),
-            number("viscosity", "0", "Pa s").unsupported("bodies would feel no drag of the medium", "leave it out"),
-            // Wind needs a medium, and only magnetometers feel a magnetic field.
-            numbers("wind", 3, "0 0 0", "m/s"),
-            numbers("magnetic", 3, "0 -0.5 0", "T"),
-            number("o_margin", "0", "m"),
-            solref("o_solref"),
-            solimp("o_solimp"),
-            up_to("o_friction", 5, "1 1 0.005 0.0001 0.0001", "1, 1, m, m, m").not_negative(),
-            attribute("actuatorgroupdisable", Kind::Integers(0, 31), "", "")
-                .unsupported("all actuators would act", "leave the actuators of those groups out"),
-        ]],
-    )
-    // Accuracy of searches that Penny does in closed form or to rounding.
-    .and("ls_iterations ls_tolerance noslip_tolerance ccd_iterations ccd_tolerance sdf_iterations sdf_initpoints sleep_tolerance"),
-    element(
-        "flag",
-        "option",
-        &[&[
-            flag("constraint", "enable"),
-            flag("frictionloss", "enable"),
-            flag("limit", "enable"),
-            flag("contact", "enable"),
-            flag("spring", "enable"),
-            flag("damper", "enable"),
-            flag("gravity", "enable"),
-            flag("clampctrl", "enable"),
-            flag("warmstart", "enable"),
-            flag("filterparent", "enable"),
-            flag("actuation", "enable"),
-            flag("refsafe", "enable"),
-            flag("eulerdamp", "enable"),
-            flag("diagexact", "disable"),
-            flag("override", "disable"),
-            // Bookkeeping, speed, or features that no scene of Penny has.
-            flag("equality", "enable"),
-            flag("sensor", "enable"),
-            flag("midphase", "enable"),
-            flag("autoreset", "enable"),
-            flag("nativeccd", "enable"),
-            flag("island", "enable"),
-            flag("multiccd", "enable"),
-            flag("energy", "disable"),
-            flag("fwdinv", "disable"),
-            flag("invdiscrete", "disable"),
-            flag("sleep", "disable").unsupported("bodies would not fall asleep", "leave it out"),
-            flag("ipc", "disable").unsupported(NOT_IN_LAW, "leave it out"),
-            flag("speculative", "disable").unsupported("fast bodies could pass through thin ones", "take a smaller timestep"),
-        ]],
-    )
-    .once(),
-    silent(
-        "size",
-        "mujoco",
-        "memory nconmax njmax nkey nstack nuser_actuator nuser_body nuser_cam nuser_geom nuser_jnt nuser_sensor \
-         nuser_site nuser_tendon nuserdata",
-    ),
-    silent("statistic", "mujoco", "center extent meaninertia meanmass meansize"),
-    // Pictures.
-    silent("visual", "mujoco", ""),
-    silent(
-        "global",
-        "visual",
-        "azimuth bvactive cameraid elevation ellipsoidinertia fovy glow ipd linewidth offheight offwidth orthographic \
-         realtime",
-    )
-    .once(),
-    silent("quality", "visual", "numquads numslices numstacks offsamples shadowsize").once(),
-    silent("headlight", "visual", "active ambient diffuse specular").once(),
-    silent(
-        "map",
-        "visual",
-        "actuatortendon alpha fogend fogstart force haze shadowclip shadowscale stiffness stiffnessrot torque zfar znear",
-    )
-    .once(),
-    silent(
-        "scale",
-        "visual",
-        "actuatorlength actuatorwidth camera com connect constraint contactheight contactwidth forcewidth framelength \
-         framewidth frustum jointlength jointwidth light selectpoint slidercrank",
-    )
-    .once(),
-    silent(
-        "rgba",
-        "visual",
-        "actuator actuatornegative actuatorpositive bv bvactive camera com connect constraint contactforce \
-         contactfriction contactgap contactpoint contacttorque crankbroken fog force frustum haze inertia joint light \
-         rangefinder selectpoint slidercrank",
-    )
-    .once(),
-    // Assets: a geom that needs a mesh or a height field is judged where it stands.
-    silent("asset", "mujoco", ""),
-    silent(
-        "mesh",
-        "asset default",
-        "builtin content_type face file inertia material maxhullvert normal params refpos refquat scale smoothnormal \
-         texcoord vertex",
-    )
-    .typed(&[&[name("mesh"), class("class")]]),
-    silent("hfield", "asset", "content_type elevation file ncol nrow size").typed(&[&[name("height field")]]),
-    silent("skin", "asset deformable", "face file group inflate material rgba texcoord vertex").typed(&[&[name("skin")]]),
-    silent("bone", "skin", "bindpos bindquat body vertid vertweight"),
-    silent(
-        "texture",
-        "asset default",
-        "builtin colorspace content_type embed file fileback filedown filefront fileleft fileright fileup gridlayout \
-         gridsize height hflip mark markrgb nchannel random rgb1 rgb2 type vflip width",
-    )
-    .typed(&[&[name("texture"), class("class")]]),
-    silent("material", "asset default", "emission metallic reflectance rgba roughness shininess specular texrepeat texuniform")
-        .typed(&[&[name("material"), class("class"), reference("texture", "texture").in_default()]]),
-    silent("layer", "material", "role").typed(&[&[reference("texture", "texture").in_default()]]),
-    silent("model", "asset", "content_type file name"),
-    silent("plugin", "mesh", "*"),
-    // Default classes.
-    element("default", "mujoco default", &[&[text("class")]]),
-    // Of what Penny cannot use anyway, the defaults do not matter.
-    silent(
-        "equality tendon intvelocity orientation pid damper cylinder muscle adhesion dcmotor",
-        "default",
-        "*",
-    )
-    .once(),
-    // Bodies.
-    element("worldbody", "mujoco", &[]),
-    element(
-        "body",
-        REAL_WORLD,
-        &[&[
-            name("body"),
-            class("childclass"),
-            POS,],
- ORIENTATION,
- &[
-            keyword("mocap", BOOL, "false").ignored("nothing can move this body, it stays where it is"),
-            number("gravcomp", "0", "1").unsupported("the body would feel its full weight", "leave it out"),
-        ]],
-    )
-    .and("fuse simple sleep user"),
-    element(
-        "frame",
-        REAL_WORLD,
-        &[&[
-            name("frame"),
-            class("childclass"),
-            class("class"),
-            POS,],
- ORIENTATION,
- &[
-            up_to("scale", 3, "1 1 1", "1").unsupported("everything inside would keep its size", "scale the numbers inside"),
-            number("massscale", "0", "1").unsupported("everything inside would keep its mass", "scale the masses inside"),
-        ]],
-    )
-    .and("scaling"),
-    element(
-        "inertial",
-        REAL_WORLD,
-        &[&[
-            POS.required(),],
- ORIENTATION,
- &[
-            number("mass", "", "kg").not_negative().required(),
-            numbers("diaginertia", 3, "", "kg m²").not_negative(),
-            numbers("fullinertia", 6, "", "kg m²"),
-        ]],
-    )
-    .once(),
-    element(
-        "joint",
-        WITH_DEFAULT,
-        &[&[
-            name("joint"),
-            class("class"),
-            keyword("type", &["free", "ball", "slide", "hinge"], "hinge"),
-            POS,
-            numbers("axis", 3, "0 0 1", "1"),
-            number("ref", "0", "m or angle"),
-            number("springref", "0", "m or angle"),
-            up_to("stiffness", 3, "0 0 0", "N/m or N m/rad"),
-            up_to("damping", 3, "0 0 0", "N s/m or N m s/rad"),
-            number("armature", "0", "kg or kg m²").not_negative(),
-            number("frictionloss", "0", "N or N m").not_negative(),
-            numbers("range", 2, "0 0", "m or angle").may_be_infinite(),
-            keyword("limited", AUTO, "auto"),
-            number("margin", "0", "m or angle"),
-            solref("solreflimit"),
-            solimp("solimplimit"),
-            solref("solreffriction"),
-            solimp("solimpfriction"),
-            numbers("springdamper", 2, "0 0", "s, 1")
-                .unsupported("the joint would have no spring", "give `stiffness` and `damping`"),
-            number("springyield", "0", "N or N m").unsupported("the spring would never yield", "leave it out"),
-            numbers("actuatorfrcrange", 2, "0 0", "N or N m")
-                .may_be_infinite()
-                .unsupported("the joint's actuators would not be limited together", "give each actuator a `forcerange`"),
-        ]],
-    )
-    // Without gravity compensation and a total force range these change nothing.
-    .and("group user actuatorfrclimited actuatorgravcomp"),
-    element("freejoint", REAL_WORLD, &[&[name("joint"), keyword("align", AUTO, "auto")]]).and("group"),
-    element(
-        "geom",
-        WITH_DEFAULT,
-        &[&[
-            name("geom"),
-            class("class"),
-            keyword("type", &["plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf"], "sphere"),
-            up_to("size", 3, "", "m").not_negative(),
-            POS,],
- ORIENTATION,
- &[
-            numbers("fromto", 6, "", "m"),
-            number("mass", "", "kg").not_negative(),
-            number("density", "1000", "kg/m³").not_negative(),
-            keyword("shellinertia", BOOL, "false"),
-            integer("contype", "1"),
-            integer("conaffinity", "1"),
-            integer("condim", "3").rule(Rule::OneOf(&[1, 3, 4, 6])),
-            integer("group", "0"),
-            integer("priority", "0"),
-            up_to("friction", 3, "1 0.005 0.0001", "1, m, m").not_negative(),
-            number("solmix", "1", "1").not_negative(),
-            solref("solref"),
-            solimp("solimp"),
-            number("margin", "0", "m"),
-            number("gap", "0", "m"),
-            numbers("rgba", 4, "0.5 0.5 0.5 1", "1"),
-            reference("material", "material").in_default(),
-            reference("mesh", "mesh").in_default(),
-            reference("hfield", "height field").in_default(),
-            numbers("surfacevel", 6, "0 0 0 0 0 0", "m/s, rad/s")
-                .unsupported("the surface would not move", "move the body instead"),
-            number("adhesion", "0", "N").unsupported("contacts would not stick", "leave it out"),
-        ]],
-    )
-    // Without a medium the fluid parameters change nothing; fitscale belongs to meshes.
-    .and("castshadow fitscale fluidcoef fluidshape user"),
-    silent("site", WITH_DEFAULT, "fromto group pos quat axisangle xyaxes zaxis euler rgba size type user").typed(&[&[
-        name("site"),
-        class("class"),
-        reference("material", "material").in_default(),
-        reference("mesh", "mesh").in_default(),
-    ]]),
-    silent(
-        "camera",
-        WITH_DEFAULT,
-        "focal focalpixel fovy ipd mode output pos principal principalpixel projection quat axisangle xyaxes zaxis euler \
-         resolution sensorsize user",
-    )
-    .typed(&[&[name("camera"), class("class"), reference("target", "body")]]),
-    silent(
-        "light",
-        WITH_DEFAULT,
-        "active ambient attenuation bulbradius castshadow cutoff diffuse dir directional exponent intensity mode pos \
-         range softness specular type",
-    )
-    .typed(&[&[name("light"), class("class"), reference("target", "body"), reference("texture", "texture")]]),
-    unsupported("plugin", "body geom", "its forces and shapes would be missing", "leave it out"),
-    unsupported("flexcomp", "worldbody body frame", "the deformable body would be missing", "use rigid bodies"),
-    unsupported("attach", "worldbody body frame", "the attached model would be missing", "use `include`"),
-    unsupported("replicate", REAL_WORLD, "the copies would be missing", "write the copies out"),
-    unsupported("composite", REAL_WORLD, "the bodies would be missing; MuJoCo 4.0 has removed it too", "write the bodies out"),
-    // Contacts.
-    element("contact", "mujoco", &[]),
-    element(
-        "pair",
-        "contact default",
-        &[&[
-            name("pair"),
-            class("class"),
-            reference("geom1", "geom").required(),
-            reference("geom2", "geom").required(),
-            integer("condim", "3").rule(Rule::OneOf(&[1, 3, 4, 6])),
-            up_to("friction", 5, "1 1 0.005 0.0001 0.0001", "1, 1, m, m, m").not_negative(),
-            solref("solref"),
-            up_to("solreffriction", 2, "0 0", "s, 1 or −1/s², −1/s"),
-            solimp("solimp"),
-            number("margin", "0", "m"),
-            number("gap", "0", "m"),
-            number("adhesion", "0", "N").unsupported("contacts would not stick", "leave it out"),
-        ]],
-    ),
-    element(
-        "exclude",
-        "contact",
-        &[&[name("exclude"), reference("body1", "body").required(), reference("body2", "body").required()]],
-    ),
-    // Actuators.
-    element("actuator", "mujoco", &[]),
-    element("motor", "actuator default", &[ACTUATOR]).and("group user interp"),
-    element("position", "actuator default", &[ACTUATOR, &[
-        number("kp", "1", "N/m or N m/rad"),
-        number("kv", "0", "N s/m or N m s/rad").not_negative(),
-        number("dampratio", "0", "1").unsupported("the actuator would not be damped", "give `kv`"),
-        number("timeconst", "0", "s").unsupported("the control signal would not be filtered", "leave it out"),
-        number("inheritrange", "0", "1").unsupported("the control range would be missing", "give `ctrlrange`"),
-    ]]).and("group user interp"),
-    element("velocity", "actuator default", &[ACTUATOR, &[
-        number("kv", "1", "N s/m or N m s/rad"),
-    ]]).and("group user interp"),
-    element("general", "actuator default", &[ACTUATOR, &[
-        keyword("dyntype", &["none", "integrator", "filter", "filterexact", "pid", "dcmotor", "muscle", "user"], "none")
-            .unsupported("the actuator would have no dynamics of its own", "leave it out"),
-        keyword("gaintype", &["fixed", "affine", "muscle", "dcmotor", "pid", "so3", "user"], "fixed")
-            .unsupported("the gain would not depend on the joint", "use `fixed`, with an affine bias"),
-        keyword("biastype", &["none", "affine", "muscle", "dcmotor", "so3", "user"], "none"),
-        up_to("gainprm", 10, "1 0 0 0 0 0 0 0 0 0", ""),
-        up_to("biasprm", 10, "0 0 0 0 0 0 0 0 0 0", ""),
-        number("inheritrange", "0", "1").unsupported("the control range would be missing", "give `ctrlrange`"),
-        text("input").unsupported("the input would be missing", "leave it out"),
-        reference("body", "body").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    ]])
-    .and("group user interp actdim actlimited actrange actearly dynprm velrange ffrange"),
-    unsupported(
-        "intvelocity orientation pid damper cylinder muscle adhesion dcmotor plugin",
-        "actuator",
-        "its force would be missing",
-        "use `motor`, `position`, `velocity` or `general`",
-    ),
-    // Sensors.
-    silent("sensor", "mujoco", "").ignored("Penny measures nothing here; it records positions, velocities and energies"),
-    silent(
-        "touch accelerometer velocimeter gyro force torque magnetometer camprojection rangefinder jointpos jointvel \
-         tendonpos tendonvel actuatorpos actuatorvel actuatorfrc jointactuatorfrc tendonactuatorfrc ballquat ballangvel \
-         jointlimitpos jointlimitvel jointlimitfrc tendonlimitpos tendonlimitvel tendonlimitfrc framepos framequat \
-         framexaxis frameyaxis framezaxis framelinvel frameangvel framelinacc frameangacc subtreecom subtreelinvel \
-         subtreeangmom insidesite distance normal fromto contact e_potential e_kinetic clock tactile user plugin",
-        "sensor",
-        "actuator body body1 body2 camera cutoff data datatype delay dim enclosed geom geom1 geom2 instance interp \
-         interval joint mesh needstage noise nsample num objname objtype plugin reduce refname reftype site subtree1 \
-         subtree2 tendon user",
-    )
-    .typed(&[&[name("sensor")]]),
-    // Other constraints.
-    unsupported("equality", "mujoco", "what it ties together would come apart", "join the bodies by nesting them"),
-    unsupported("tendon", "mujoco", "its forces and limits would be missing", "use joints with springs and ranges"),
-    unsupported("deformable", "mujoco", "the deformable bodies would be missing", "use rigid bodies"),
-    unsupported("extension", "mujoco", "its plugins would be missing", "leave it out"),
-    // Data.
-    element("custom", "mujoco", &[]),
-    element("numeric", "custom", &[&[name("numeric").required(), integer("size", "0").not_negative(), list("data", "")]]),
-    element("text", "custom", &[&[name("text").required(), text("data").required()]]),
-    silent("tuple", "custom", "").typed(&[&[name("tuple").required()]]),
-    silent("element", "tuple", "objname objtype prm"),
-    element("keyframe", "mujoco", &[]),
-    element(
-        "key",
-        "keyframe",
-        &[&[
-            name("keyframe"),
-            number("time", "0", "s"),
-            list("qpos", "m, 1, rad"),
-            list("qvel", "m/s, rad/s"),
-            list("ctrl", ""),
-            list("act", "").unsupported("actuators have no state of their own", "leave it out"),
-            list("mpos", "m").unsupported("nothing moves mocap bodies", "leave it out"),
-            list("mquat", "1").unsupported("nothing moves mocap bodies", "leave it out"),
-        ]],
-    )
-    .and("plastic"),
-];
-
-const ACTUATOR: &[Attribute] = &[
-    name("actuator"),
-    class("class"),
-    reference("joint", "joint"),
-    reference("jointinparent", "joint").unsupported("the force would act in the wrong frame", "use `joint`"),
-    reference("tendon", "tendon").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    reference("site", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    reference("refsite", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    reference("slidersite", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    reference("cranksite", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    numbers("lengthrange", 2, "0 0", "").may_be_infinite(),
-    up_to("gear", 6, "1 0 0 0 0 0", ""),
-    numbers("ctrlrange", 2, "0 0", "").may_be_infinite(),
-    keyword("ctrllimited", AUTO, "auto"),
-    numbers("forcerange", 2, "0 0", "N or N m").may_be_infinite(),
-    keyword("forcelimited", AUTO, "auto"),
-    up_to("damping", 3, "0 0 0", "").unsupported("the actuator would not be damped", "give the joint a `damping`"),
-    number("armature", "0", "").unsupported("the rotor would have no inertia", "give the joint an `armature`"),
-    number("delay", "0", "s").unsupported("the control signal would not be delayed", "leave it out"),
-    integer("nsample", "0"),
-    number("cranklength", "0", "m"),
-];
 
 impl Element {
     pub fn is(&self, name: &str) -> bool {
@@ -637,7 +204,7 @@ impl Element {
     }
 
     pub fn stands_in(&self, parent: &str) -> bool {
-        self.parents.split_ascii_whitespace().any(|p| p == parent)
+        self.parents.split_ascii_whitespace().any(|p| p == parent || p == "*")
     }
 
     pub fn attribute(&self, name: &str) -> Option<&'static Attribute> {

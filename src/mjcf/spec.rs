@@ -39,9 +39,6 @@ pub struct Compiler {
     pub boundinertia: f64,
     /// −1: leave masses alone.
     pub settotalmass: f64,
-    pub alignfree: bool,
-    pub discardvisual: bool,
-    pub fusestatic: bool,
 }
 
 /// `<option>`, defaults filled in. Attributes that Penny cannot honour were reported by the reader.
@@ -126,8 +123,6 @@ pub struct Joint {
     pub range: Option<[f64; 2]>,
     /// `None` is "auto".
     pub limited: Option<bool>,
-    /// `<freejoint align>`; `None` leaves it to `<compiler alignfree>`.
-    pub align: Option<bool>,
     pub margin: f64,
     pub solreflimit: [f64; 2],
     pub solimplimit: [f64; 5],

@@ -1,17 +1,180 @@
-//! Bad input: every problem is reported at its place, with its cure.
+//! Bad input: every file under tests/mjcf/bad gives exactly the report beside it.
+//!
+//! `UPDATE_EXPECT=1 cargo test bad_input` writes the reports anew; look at the difference before committing it.
 
-use penny::mjcf;
+use std::path::{Path, PathBuf};
+
+use penny::compile;
+use penny::mjcf::{self, Document, Problem};
+
+const FOLDER: &str = "tests/mjcf/bad";
+
+/// What a user sees: all problems of a file, warnings too.
+fn report(path: &Path) -> String {
+    let loaded = match mjcf::load(path) {
+        Err(failure) => return failure.to_string(),
+        Ok(loaded) => loaded,
+    };
+    let mut problems = loaded.warnings;
+    match compile::compile(&loaded.document, &loaded.spec) {
+        Err(errors) => problems.extend(errors),
+        Ok((_, warnings)) => problems.extend(warnings),
+    }
+    mjcf::render(&loaded.document, &problems, false)
+}
+
+/// The file with the expected report, and the path to read.
+fn cases() -> Vec<(PathBuf, PathBuf)> {
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(FOLDER)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "xml"))
+        .collect();
+    paths.sort();
+    let mut cases: Vec<_> = paths.into_iter().map(|path| (path.with_extension("txt"), path)).collect();
+    cases.push((Path::new(FOLDER).join("folder.txt"), FOLDER.into()));
+    cases.push((Path::new(FOLDER).join("missing_file.txt"), Path::new(FOLDER).join("no_such_file.xml")));
+    cases.push((Path::new(FOLDER).join("misspelt_file.txt"), Path::new(FOLDER).join("parts/goem.xml")));
+    cases
+}
+
+/// The lines that differ, those expected with `-`, those found with `+`.
+fn difference(expected: &str, found: &str) -> String {
+    let (expected, found): (Vec<_>, Vec<_>) = (expected.lines().collect(), found.lines().collect());
+    let same = expected.iter().zip(&found).take_while(|(a, b)| a == b).count();
+    let tail = expected[same..].iter().rev().zip(found[same..].iter().rev()).take_while(|(a, b)| a == b).count();
+    let lines = |sign: char, lines: &[&str]| lines.iter().map(|l| format!("{sign}{l}\n")).collect::<String>();
+    lines('-', &expected[same..expected.len() - tail]) + &lines('+', &found[same..found.len() - tail])
+}
 
 #[test]
-fn a_report_reads_like_the_compilers_we_like() {
-    let failure = mjcf::parse("s.xml", "<mujoco>\n <worldbody><geom size=\"1\" fricton=\"1\"/></worldbody>\n</mujoco>")
-        .unwrap_err();
-    let expected = "\
-error[unknown-attribute]: `geom` has no attribute `fricton`
- --> s.xml:2:28
-  |
-2 |  <worldbody><geom size=\"1\" fricton=\"1\"/></worldbody>
-  |                            ^^^^^^^ did you mean `friction`?
-";
-    assert_eq!(failure.to_string(), expected);
+fn every_bad_file_gives_its_report() {
+    let update = std::env::var_os("UPDATE_EXPECT").is_some();
+    let mut differences = String::new();
+    let cases = cases();
+    for (expected_file, path) in &cases {
+        let found = report(path);
+        assert!(!found.is_empty(), "{}: no problem reported", path.display());
+        if update {
+            std::fs::write(expected_file, &found).unwrap();
+        }
+        let expected = std::fs::read_to_string(expected_file).unwrap_or_default();
+        if expected != found {
+            differences += &format!("{}:\n{}\n", expected_file.display(), difference(&expected, &found));
+        }
+    }
+    assert!(cases.len() >= 40, "only {} bad files", cases.len());
+    assert!(differences.is_empty(), "reports differ (UPDATE_EXPECT=1 accepts them):\n{differences}");
+}
+
+/// A small generator of repeatable randomness (xorshift64, Marsaglia 2003).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % n.max(1) as u64) as usize
+    }
+}
+
+/// What a slip of the hand leaves: something deleted, doubled, replaced or put in.
+fn damaged(text: &str, random: &mut Random) -> String {
+    const SCRAPS: &[&str] = &[
+        "<",
+        ">",
+        "/>",
+        "</",
+        "\"",
+        "'",
+        "&",
+        "&#0;",
+        "<!--",
+        "-->",
+        "<![CDATA[",
+        "<?",
+        "=",
+        " ",
+        "\n",
+        "-",
+        "nan",
+        "1e999",
+        "\u{0}",
+        "é",
+        "∞",
+        "<body>",
+        "</body>",
+        "<default class='x'>",
+        "<frame>",
+        "<freejoint/>",
+        "<geom type='mesh'/>",
+        "<include file='x'/>",
+        "fromto='0 0 0 0 0 1'",
+        "solref='1 -1'",
+    ];
+    let mut chars: Vec<char> = text.chars().collect();
+    for _ in 0..1 + random.below(4) {
+        let at = random.below(chars.len());
+        let end = (at + random.below(30)).min(chars.len());
+        match random.below(4) {
+            0 => drop(chars.drain(at..end)),
+            1 => {
+                let copy = chars[at..end].to_vec();
+                let to = random.below(chars.len());
+                chars.splice(to..to, copy);
+            }
+            2 => {
+                let end = (at + 1).min(chars.len());
+                chars.splice(at..end, SCRAPS[random.below(SCRAPS.len())].chars());
+            }
+            _ => drop(chars.splice(at..at, SCRAPS[random.below(SCRAPS.len())].chars())),
+        }
+    }
+    chars.into_iter().collect()
+}
+
+/// Every place must lie in its file, on character boundaries.
+fn assert_places(document: &Document, problems: &[Problem], text: &str) {
+    for problem in problems {
+        for span in std::iter::once(problem.span).chain(problem.related.iter().map(|r| r.0)) {
+            let file = &document.files[span.file as usize];
+            let inside = file.text.get(span.start as usize..span.end as usize).is_some();
+            assert!(inside, "{span:?} of {problem:?} is not in the file\n{text}");
+        }
+    }
+    let report = mjcf::render(document, problems, false);
+    for problem in problems {
+        assert!(report.contains(problem.kind.code()), "{problem:?} is missing in\n{report}");
+    }
+}
+
+#[test]
+fn damaged_files_never_panic_and_every_place_is_in_the_file() {
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let (mut refused, mut accepted) = (0, 0);
+    for entry in ["settings.xml", "classes.xml", "planar.xml", "disk.xml"] {
+        let path = format!("tests/mjcf/good/{entry}");
+        let whole = std::fs::read_to_string(&path).unwrap();
+        for _ in 0..1000 {
+            let text = damaged(&whole, &mut random);
+            match mjcf::parse(&path, &text) {
+                Err(failure) => {
+                    refused += 1;
+                    assert!(!failure.problems.is_empty());
+                    assert_places(&failure.document, &failure.problems, &text);
+                }
+                Ok(loaded) => {
+                    accepted += 1;
+                    assert_places(&loaded.document, &loaded.warnings, &text);
+                    let problems = match compile::compile(&loaded.document, &loaded.spec) {
+                        Err(errors) => errors,
+                        Ok((_, warnings)) => warnings,
+                    };
+                    assert_places(&loaded.document, &problems, &text);
+                }
+            }
+        }
+    }
+    assert!(refused > 1000 && accepted > 100, "the damage tests nothing: {refused} refused, {accepted} accepted");
 }

@@ -1,1 +1,127 @@
-//!
+//! The scenes of `models/`: MuJoCo loads them too, and they run under every law and integrator.
+
+use std::path::{Path, PathBuf};
+
+use penny::contact;
+use penny::data::Data;
+use penny::forward::{Method, step};
+use penny::integrate;
+use penny::model::Model;
+use penny::state::State;
+use serde_json::Value;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models")
+}
+
+fn load(name: &str) -> Model {
+    let scene = penny::load(&folder().join(name)).unwrap_or_else(|e| panic!("{name}:\n{e}"));
+    assert!(scene.warnings.is_empty(), "{name}: {:?}", scene.warnings);
+    scene.model
+}
+
+/// The names of all scenes, in order.
+fn names() -> Vec<String> {
+    let entries = std::fs::read_dir(folder()).expect("models/");
+    let mut names: Vec<String> = entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into()).collect();
+    names.retain(|n| n.ends_with(".xml"));
+    names.sort();
+    names
+}
+
+/// The method that the command line takes by default.
+fn method(model: &Model) -> Method {
+    Method {
+        contact: contact::by_name(model.contact_law().unwrap_or("penalty")).expect("a law"),
+        integrator: integrate::by_name(&model.opt.integrator).expect("an integrator"),
+        timestep: model.opt.timestep,
+        rounds: 1,
+    }
+}
+
+/// Starts of a scene: as it stands, and each keyframe.
+fn starts(model: &Model) -> Vec<(String, State)> {
+    let mut starts = vec![("qpos0".to_owned(), State::new(model))];
+    for key in &model.keyframes {
+        let mut state = State::new(model);
+        state.qpos.clone_from(&key.qpos);
+        state.qvel.clone_from(&key.qvel);
+        starts.push((key.name.clone(), state));
+    }
+    starts
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()
+}
+
+fn strings(value: &Value) -> Vec<&str> {
+    value.as_array().expect("a list").iter().map(|x| x.as_str().expect("a text")).collect()
+}
+
+#[test]
+fn mujoco_loads_every_scene_and_reads_the_same_in_it() {
+    let golden = std::fs::read_to_string(folder().with_file_name("tests").join("golden/models.json")).expect("golden");
+    let golden: Value = serde_json::from_str(&golden).expect("JSON");
+    let scenes = golden["scenes"].as_array().expect("scenes");
+    assert_eq!(scenes.iter().map(|s| s["name"].as_str().expect("a name")).collect::<Vec<_>>(), names());
+    for scene in scenes {
+        let name = scene["name"].as_str().expect("a name");
+        let model = load(name);
+        assert_eq!(
+            (Some(model.nq as u64), Some(model.nv as u64)),
+            (scene["nq"].as_u64(), scene["nv"].as_u64()),
+            "{name}"
+        );
+        assert_eq!(Some(model.opt.timestep), scene["timestep"].as_f64(), "{name}");
+        assert_eq!(
+            model.bodies.iter().skip(1).map(|b| b.name.as_str()).collect::<Vec<_>>(),
+            strings(&scene["body"])[1..],
+            "{name}"
+        );
+        assert_eq!(model.geoms.iter().map(|g| g.name.as_str()).collect::<Vec<_>>(), strings(&scene["geom"]), "{name}");
+        let close = |ours: &[f64], theirs: &Value| {
+            let theirs = numbers(theirs);
+            // Last bits of a volume or of a quaternion made from angles.
+            ours.len() == theirs.len() && ours.iter().zip(theirs).all(|(a, b)| (a - b).abs() < 1e-14)
+        };
+        assert!(close(&model.qpos0, &scene["qpos0"]), "{name}: qpos0 {:?}", model.qpos0);
+        let masses: Vec<f64> = model.bodies.iter().map(|b| b.mass).collect();
+        assert!(close(&masses, &scene["body_mass"]), "{name}: masses {masses:?}");
+        let keys = scene["keys"].as_array().expect("keys");
+        assert_eq!(model.keyframes.len(), keys.len(), "{name}");
+        for (ours, theirs) in model.keyframes.iter().zip(keys) {
+            assert_eq!(Some(ours.name.as_str()), theirs["name"].as_str(), "{name}");
+            assert!(
+                close(&ours.qpos, &theirs["qpos"]) && close(&ours.qvel, &theirs["qvel"]),
+                "{name} key {}",
+                ours.name
+            );
+        }
+    }
+}
+
+#[test]
+fn every_scene_runs_a_second_under_every_law_and_integrator() {
+    for name in names() {
+        let model = load(&name);
+        for (start, state) in starts(&model) {
+            for &contact in contact::ALL {
+                for &integrator in integrate::ALL {
+                    let method = Method { contact, integrator, ..self::method(&model) };
+                    // Keyframes with the scene's own integrator only: the rest would cost and show little more.
+                    if start != "qpos0" && integrator.name != self::method(&model).integrator.name {
+                        continue;
+                    }
+                    let (mut state, mut data) = (state.clone(), Data::new(&model));
+                    let steps = (1.0 / method.timestep).round() as usize;
+                    let outcome = (0..steps).try_for_each(|_| step(&model, &method, &mut state, &mut data));
+                    let what = format!("{name} ({start}) under {}, {}", contact.name, integrator.name);
+                    assert!(outcome.is_ok(), "{what}: {outcome:?}");
+                    // Nothing is thrown off the ground or through it.
+                    assert!(data.xpos.iter().all(|p| p.z.abs() < 2.0), "{what}: {:?}", data.xpos);
+                }
+            }
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! A scene under a method, for tests that only want to step it.
 
 use penny::data::Data;
-use penny::forward::{Method, forward, step};
+use penny::forward::{Method, step};
 use penny::model::Model;
 use penny::state::State;
 
@@ -48,9 +48,5 @@ impl Sim {
         for _ in 0..(seconds / self.method.timestep).round() as usize {
             self.step();
         }
-    }
-
-    pub fn forward(&mut self) {
-        forward(&self.model, &self.method, &self.state, &mut self.data);
     }
 }

@@ -137,5 +137,78 @@ def poses(pair, seed):
     return {"name": f"{pair[0]}-{pair[1]}", "kinds": [KINDS.index(k) for k in pair], "cases": cases, "contacts": found}
 
 
+
+
+SCENES = {
+    "bodies of several geoms": """<mujoco><worldbody>
+<geom type="box" size=".5 .5 .1" pos="0 0 -.15"/><geom type="plane" size="1 1 1" pos="0 0 -.01"/>
+<body><freejoint/><geom type="box" size=".1 .1 .1" condim="1"/><geom type="sphere" size=".12"/>
+  <geom type="capsule" size=".05 .1" euler="30 10 0"/></body>
+<body pos=".05 .01 .02" euler="5 3 1"><freejoint/><geom type="capsule" size=".1 .1"/><geom type="sphere" size=".12" margin=".02"/>
+  <geom type="box" size=".1 .1 .1"/></body>
+<body pos="0 0.05 0"><freejoint/><geom type="sphere" size=".12"/></body>
+</worldbody></mujoco>""",
+    "pairs, excludes, masks and parents": """<mujoco><worldbody>
+<geom name="floor" type="plane" size="1 1 1" condim="4"/>
+<body name="a" pos="0 0 .09"><freejoint/><geom name="a1" type="sphere" size=".1"/><geom name="a2" type="box" size=".08 .08 .08" pos=".1 0 0" contype="2"/>
+  <body name="b" pos=".1 0 .02"><joint axis="0 1 0"/><geom name="b1" type="capsule" size=".05 .1" gap=".01"/>
+    <body name="c" pos="0 .02 .03"><geom name="c1" type="sphere" size=".06"/></body>
+    <body name="d" pos="0 .03 .05"><joint axis="1 0 0"/><geom name="d1" type="sphere" size=".06" conaffinity="3"/></body></body></body>
+<body name="e" pos=".03 .1 .08"><freejoint/><geom name="e1" type="box" size=".1 .1 .1" priority="1" condim="6"/><geom name="e2" type="sphere" size=".11"/></body>
+<body name="f" pos=".2 .1 .08"><freejoint/><geom name="f1" type="sphere" size=".1"/></body>
+</worldbody><contact>
+<pair geom1="f1" geom2="e2" condim="1" margin=".05"/><pair geom1="e1" geom2="a1"/><pair geom1="a1" geom2="b1"/><pair geom1="d1" geom2="floor"/>
+<exclude body1="a" body2="f"/><exclude body1="e" body2="b"/>
+</contact></mujoco>""",
+    "stack of equal boxes": """<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+<body pos="0 0 .0999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
+<body pos="0 0 .2998"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
+<body pos="0 0 .4997"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
+<body pos=".05 0 .6996"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
+<body pos="0 0 .8495"><freejoint/><geom type="box" size=".05 .05 .05" /></body>
+</worldbody></mujoco>""",
+    "upright capsule, flat coin, lying rollers": """<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+<body pos="0 0 .1999"><freejoint/><geom type="capsule" size=".1 .1"/></body>
+<body pos="1 0 .0099"><freejoint/><geom type="cylinder" size=".1 .01"/></body>
+<body pos="2 0 .0999" euler="90 0 0"><freejoint/><geom type="cylinder" size=".1 .3"/></body>
+<body pos="3 0 .0999" euler="90 0 0"><freejoint/><geom type="capsule" size=".1 .3"/></body>
+<body pos="3 0 .2998" euler="90 0 0"><freejoint/><geom type="capsule" size=".1 .3"/></body>
+<body pos="3 0 .4497"><freejoint/><geom type="box" size=".05 .05 .05"/></body>
+</worldbody></mujoco>""",
+}
+
+
+def heap(seed, count):
+    """Many bodies of all sizes in a heap: enough for a broad phase."""
+    rng = np.random.default_rng(seed)
+    bodies = []
+    for _ in range(count):
+        kind = str(rng.choice(["sphere", "capsule", "box"]))
+        size = rounded(0.05 * 4 ** rng.uniform(0, 1, 3) * 0.5, 3)
+        pos, quat = rounded(rng.uniform(-0.9, 0.9, 3), 3), rounded(unit(rng, 4), 3)
+        mask = rng.choice(["", ' contype="2"', ' conaffinity="3"', ' margin=".01"', ' condim="1"'])
+        extra = '<geom type="sphere" size=".04" pos=".05 0 0"/>' if rng.uniform() < 0.3 else ""
+        bodies.append(
+            f'<body pos="{text(pos)}" quat="{text(quat)}"><freejoint/>'
+            f'<geom type="{kind}" size="{text(size[:USED[kind]])}"{mask}/>{extra}</body>'
+        )
+    return f"""<mujoco><worldbody><geom type="plane" size="2 2 1" pos="0 0 -.8"/>
+<geom type="box" size="1 .1 .4" pos="0 .9 0"/>{"".join(bodies)}
+</worldbody></mujoco>"""
+
+
+def listed(xml):
+    """Geoms, position and distance of all contacts, in order."""
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return [[int(c.geom[0]), int(c.geom[1]), c.dim, c.dist, *c.pos, *c.frame[:6]] for c in data.contact]
+
+
+def scenes():
+    named = {**SCENES, "heap of 120": heap(3, 120)}
+    return [{"name": name, "xml": xml, "contacts": listed(xml)} for name, xml in named.items()]
+
+
 def generate():
-    return {"poses": [poses(pair, seed) for seed, pair in enumerate(PAIRS)]}
+    return {"poses": [poses(pair, seed) for seed, pair in enumerate(PAIRS)], "scenes": scenes()}

@@ -61,14 +61,15 @@ SCENES = [
         <body><joint name="h" axis="0 1 0" damping="0.1"/><geom size="0.1" pos="0 0 -0.5"/>
           <body pos="0 0 -0.5"><joint name="b" type="ball"/><geom size="0.08" pos="0.1 0 -0.3"/>
             <body pos="0 0 -0.3"><joint name="s" type="slide" axis="1 0 1"/><geom size="0.05" pos="0 0.1 0"/></body></body></body>
-        <body pos="1 0 0"><joint name="f" type="free"/><geom type="box" size="0.1 0.2 0.3" pos="0.1 0 0.05" density="100"/></body>""",
+        <body pos="1 0 0"><joint name="f" type="free"/><geom type="box" size="0.1 0.2 0.3" pos="0.1 0 0.05" density="100"/></body>
+        <body pos="2 0 0"><joint name="g" type="free"/><geom type="box" size="0.1 0.2 0.3" pos="0.1 0 0.05" density="50"/></body>""",
      """<actuator>
           <motor joint="h" gear="3"/><motor joint="s" gear="-2" ctrllimited="true" ctrlrange="-0.5 0.4"/>
           <position joint="h" kp="20" kv="1.5"/><position joint="s" kp="200" forcelimited="true" forcerange="-3 3" kv="2"/>
           <velocity joint="h" kv="0.7"/><velocity joint="b" kv="0.3" gear="1 0.5 -2"/>
           <position joint="b" kp="3" gear="0.3 1 0.2"/>
           <general joint="s" gainprm="2" biastype="affine" biasprm="0.5 -3 -0.4" gear="1.5"/>
-          <motor joint="f" gear="1 2 3 0.3 0.2 0.1"/>
+          <motor joint="f" gear="1 2 3 0.3 0.2 0.1"/><velocity joint="g" kv="0.4" gear="1 0 2 0.5 0 1"/>
         </actuator>"""),
     ("applied", """
         <body><joint axis="0 1 0"/><geom size="0.1" pos="0 0 -0.5"/>

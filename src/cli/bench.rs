@@ -1,0 +1,180 @@
+//! `penny bench`: nanoseconds per step, beside MuJoCo's if asked.
+//!
+//! Each scene runs for a second of simulated time, and the state it has reached is kept. Batches of steps start from
+//! that state again and again; the median of the batches counts. With `--against mujoco` every batch is followed by
+//! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use super::Failure;
+use super::format::{count, short, si, table};
+use super::mujoco::{MuJoCo, Scene};
+use super::scene::{self, MethodArgs, StartArgs};
+use crate::data::Data;
+use crate::forward::{Method, step};
+use crate::model::Model;
+use crate::state::State;
+
+mod scenes;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// MJCF files [default: a set of small scenes]
+    #[arg(value_name = "SCENE.xml")]
+    scenes: Vec<PathBuf>,
+    /// Measure this too, alternately: mujoco
+    #[arg(long, value_name = "ENGINE", value_parser = ["mujoco"])]
+    against: Option<String>,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    start: StartArgs,
+}
+
+/// Simulated time to a typical state, s.
+const WARM_UP: f64 = 1.0;
+/// Least wall time to spend on batches of one method.
+const BUDGET: Duration = Duration::from_millis(100);
+const LEAST_BATCHES: usize = 15;
+/// Steps of a batch at most: further from the kept state it would no longer be typical.
+const LARGEST_BATCH: usize = 1000;
+/// Wall time that a batch should take.
+const BATCH: Duration = Duration::from_millis(2);
+
+/// A scene to measure, with the state it starts from.
+struct Case {
+    name: String,
+    /// What MuJoCo loads.
+    source: Source,
+    model: Model,
+    start: State,
+}
+
+enum Source {
+    Path(PathBuf),
+    Text(String),
+}
+
+/// What was measured of one method on one scene.
+struct Measured {
+    /// Medians, ns a step.
+    ours: f64,
+    theirs: Option<f64>,
+    contacts: usize,
+    /// Memory allocations in a whole batch of steps.
+    allocations: usize,
+    hash: u64,
+}
+
+pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
+    let mut mujoco = args.against.as_ref().map(|_| MuJoCo::start()).transpose()?;
+    for case in cases(args)? {
+        eprintln!("{}: {}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
+        let mut rows = vec![
+            ["law", "integrator", "step", "MuJoCo", "ratio", "contacts", "allocations", "end state"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
+        for contact in args.method.laws() {
+            for integrator in args.method.integrators() {
+                let method = Method { contact, integrator, ..args.method.method(&case.model)? };
+                let mut row = vec![contact.name.to_owned(), integrator.name.to_owned()];
+                row.extend(match measure(&case, &method, mujoco.as_mut(), allocations)? {
+                    Some(measured) => cells(&measured),
+                    None => vec!["diverges".to_owned()],
+                });
+                rows.push(row);
+            }
+        }
+        eprintln!("{}", table(&rows));
+    }
+    Ok(())
+}
+
+fn cells(m: &Measured) -> Vec<String> {
+    let theirs = m.theirs.map_or(String::new(), |ns| si(ns * 1e-9, "s"));
+    let ratio = m.theirs.map_or(String::new(), |ns| short(ns / m.ours));
+    let hash = format!("{:016x}", m.hash);
+    vec![si(m.ours * 1e-9, "s"), theirs, ratio, m.contacts.to_string(), m.allocations.to_string(), hash]
+}
+
+fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
+    if args.scenes.is_empty() {
+        return scenes::all();
+    }
+    let case = |path: &PathBuf| {
+        let model = scene::load(path)?;
+        let start = args.start.state(&model)?;
+        Ok(Case { name: path.display().to_string(), source: Source::Path(path.clone()), model, start })
+    };
+    args.scenes.iter().map(case).collect()
+}
+
+/// Measures one method. `None` if it diverges on the way.
+fn measure(
+    case: &Case,
+    method: &Method,
+    mut mujoco: Option<&mut MuJoCo>,
+    allocations: fn() -> usize,
+) -> Result<Option<Measured>, Failure> {
+    let model = &case.model;
+    let (mut state, mut data) = (case.start.clone(), Data::new(model));
+    let mut advance = |state: &mut State, n: usize| {
+        let before = Instant::now();
+        let outcome = (0..n).try_for_each(|_| step(model, method, state, &mut data));
+        outcome.ok().map(|()| before.elapsed())
+    };
+
+    let warm_up = (WARM_UP / method.timestep).ceil() as usize;
+    let Some(pace) = advance(&mut state, warm_up) else { return Ok(None) };
+    let kept = state.clone();
+    let steps = (BATCH.as_secs_f64() / (pace.as_secs_f64() / warm_up as f64)) as usize;
+    let steps = steps.clamp(10, LARGEST_BATCH);
+    if let Some(mujoco) = mujoco.as_deref_mut() {
+        let scene = match &case.source {
+            Source::Path(path) => Scene::Path(path),
+            Source::Text(text) => Scene::Text(text),
+        };
+        mujoco.load(&scene, model, method, &case.start, false)?;
+        mujoco.warm(warm_up)?;
+    }
+
+    // Once unmeasured, for the caches; and for what each batch leaves behind.
+    let before = allocations();
+    if advance(&mut state, steps).is_none() {
+        return Ok(None);
+    }
+    let allocated = allocations() - before;
+    let hash = hash(&state);
+
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let began = Instant::now();
+    while ours.len() < LEAST_BATCHES || began.elapsed() < BUDGET {
+        state.clone_from(&kept);
+        let Some(time) = advance(&mut state, steps) else { return Ok(None) };
+        ours.push(time.as_nanos() as f64 / steps as f64);
+        if let Some(mujoco) = mujoco.as_deref_mut() {
+            theirs.push(mujoco.batch(steps)? / steps as f64);
+        }
+    }
+    let contacts = data.contacts.len();
+    Ok(Some(Measured {
+        ours: median(ours),
+        theirs: (!theirs.is_empty()).then(|| median(theirs)),
+        contacts,
+        allocations: allocated,
+        hash,
+    }))
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// FNV-1a over the bits of qpos and qvel: equal states, equal hashes.
+fn hash(state: &State) -> u64 {
+    let bytes = state.qpos.iter().chain(&state.qvel).flat_map(|x| x.to_bits().to_le_bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
+}

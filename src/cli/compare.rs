@@ -1,0 +1,148 @@
+//! `penny compare`: a scene beside the real MuJoCo.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use super::Failure;
+use super::format::{count, short, si, table};
+use super::mujoco::{MuJoCo, Scene, counterpart};
+use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
+use crate::data::Data;
+use crate::forward::{Method, step};
+use crate::model::Model;
+use crate::state::State;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// MJCF file
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
+    #[command(flatten)]
+    length: LengthArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    start: StartArgs,
+}
+
+/// Lines of the table over time.
+const LINES: usize = 10;
+/// A difference that one would call one, in units of qpos.
+const DIFFERENT: f64 = 1e-6;
+
+/// qpos after every `every` steps, and the time that the steps took, s.
+struct Rollout {
+    rows: Vec<Vec<f64>>,
+    seconds: f64,
+}
+
+pub fn compare(args: &Args) -> Result<(), Failure> {
+    let path = &args.scene;
+    let model = scene::load(path)?;
+    let method = args.method.method(&model)?;
+    let start = args.start.state(&model)?;
+    let steps = args.length.steps(method.timestep);
+
+    let mut mujoco = MuJoCo::start()?;
+    mujoco.load(&Scene::Path(path), &model, &method, &start, true)?;
+    let theirs = mujoco.rollout(steps, 1)?;
+    mujoco.load(&Scene::Path(path), &model, &method, &start, false)?;
+    mujoco.warm(0)?;
+    let their_seconds = mujoco.batch(steps)? * 1e-9;
+
+    eprintln!(
+        "{}: {} of {}, {}",
+        path.display(),
+        count(steps, "step", "steps"),
+        si(method.timestep, "s"),
+        method.integrator.name
+    );
+    if !method.integrator.mjcf.contains(&counterpart(&model, &method).as_str()) {
+        eprintln!("  MuJoCo has no {}: it runs {}", method.integrator.name, counterpart(&model, &method));
+    }
+    if theirs.len() <= steps {
+        eprintln!("  MuJoCo calls the run unstable after {}", si(theirs.len() as f64 * method.timestep, "s"));
+    }
+    let laws = args.method.laws();
+    let ours: Vec<Rollout> =
+        laws.iter().map(|&contact| rollout(&model, &Method { contact, ..method }, &start, steps)).collect();
+
+    eprintln!("\nLargest |qpos difference| up to a time, m or rad (both solve to rounding: tolerance 0)");
+    let mut rows = vec![vec!["time s".to_owned()]];
+    rows[0].extend(laws.iter().map(|law| law.name.to_owned()));
+    let stride = steps.div_ceil(LINES).max(1);
+    for i in (0..=steps).filter(|i| i % stride == 0 || *i == steps) {
+        let mut row = vec![format!("{:.3}", start.time + i as f64 * method.timestep)];
+        row.extend(ours.iter().map(|r| largest(r, &theirs, i).map_or("–".to_owned(), |d| format!("{d:.1e}"))));
+        rows.push(row);
+    }
+    eprintln!("{}", table(&rows));
+
+    let mut rows =
+        vec![["", "first above 1e-6", "where", "a step", "times MuJoCo's speed"].map(str::to_owned).to_vec()];
+    for (law, rollout) in laws.iter().zip(&ours) {
+        let (when, what) = match first_different(rollout, &theirs) {
+            Some((i, coordinate)) => (si(i as f64 * method.timestep, "s"), coordinate_name(&model, coordinate)),
+            None => ("never".to_owned(), String::new()),
+        };
+        let n = steps.max(1) as f64;
+        let ratio = their_seconds / rollout.seconds;
+        rows.push(vec![law.name.to_owned(), when, what, si(rollout.seconds / n, "s"), short(ratio)]);
+    }
+    rows.push(vec![
+        "MuJoCo".into(),
+        String::new(),
+        String::new(),
+        si(their_seconds / steps.max(1) as f64, "s"),
+        "1".into(),
+    ]);
+    eprint!("{}", table(&rows));
+    for (law, rollout) in laws.iter().zip(&ours).filter(|(_, r)| r.rows.len() <= steps) {
+        eprintln!("  {}: diverged after {}", law.name, si(rollout.rows.len() as f64 * method.timestep, "s"));
+    }
+    Ok(())
+}
+
+/// Penny's run; it ends early where it diverges.
+fn rollout(model: &Model, method: &Method, start: &State, steps: usize) -> Rollout {
+    // Twice: timed as the scene is, and then to rounding, as MuJoCo.
+    let (mut state, mut data) = (start.clone(), Data::new(model));
+    let before = Instant::now();
+    let _ = (0..steps).try_for_each(|_| step(model, method, &mut state, &mut data));
+    let seconds = before.elapsed().as_secs_f64();
+
+    let mut exact = model.clone();
+    exact.opt.tolerance = 0.0;
+    exact.opt.iterations = exact.opt.iterations.max(100);
+    let (mut state, mut data) = (start.clone(), Data::new(&exact));
+    let mut rows = vec![state.qpos.clone()];
+    while rows.len() <= steps && step(&exact, method, &mut state, &mut data).is_ok() {
+        rows.push(state.qpos.clone());
+    }
+    Rollout { rows, seconds }
+}
+
+/// The coordinate that differs most, and by how much.
+fn worst(a: &[f64], b: &[f64]) -> (usize, f64) {
+    let differences = a.iter().zip(b).map(|(x, y)| (x - y).abs()).enumerate();
+    differences.max_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, 0.0))
+}
+
+/// Largest difference in the steps up to `i`; `None` where one of the two did not get there.
+fn largest(ours: &Rollout, theirs: &[Vec<f64>], i: usize) -> Option<f64> {
+    let pairs = ours.rows.get(..=i)?.iter().zip(theirs.get(..=i)?);
+    Some(pairs.map(|(a, b)| worst(a, b).1).fold(0.0, f64::max))
+}
+
+/// The first step that differs by more than [`DIFFERENT`], and the coordinate that does.
+fn first_different(ours: &Rollout, theirs: &[Vec<f64>]) -> Option<(usize, usize)> {
+    let mut pairs = ours.rows.iter().zip(theirs).map(|(a, b)| worst(a, b)).enumerate();
+    pairs.find(|(_, (_, d))| *d > DIFFERENT).map(|(i, (coordinate, _))| (i, coordinate))
+}
+
+/// `qpos[2] of disk`
+fn coordinate_name(model: &Model, coordinate: usize) -> String {
+    let joint = model.joints.iter().rev().find(|j| j.qposadr <= coordinate);
+    let body = joint.map_or(String::new(), |j| format!(" of {}", super::explain::body_name(model, j.body)));
+    format!("qpos[{coordinate}]{body}")
+}

@@ -1,0 +1,272 @@
+//! `penny run`: simulates a scene, tells about it, and writes it down where asked.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Failure;
+use super::explain::{largest_timestep, requirements};
+use super::format::{count, fixed, short, si, table};
+use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
+use crate::data::Data;
+use crate::explain;
+use crate::forward::{Diverged, Method, step};
+use crate::model::{JointKind, Model};
+use crate::record::{Csv, Json, Recorder, Sample};
+use crate::state::State;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// MJCF file
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
+    #[command(flatten)]
+    length: LengthArgs,
+    /// Record every N-th step
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = scene::at_least_one)]
+    every: usize,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    start: StartArgs,
+    /// Write the trajectory as CSV; `-` is standard output
+    #[arg(long, value_name = "FILE|-")]
+    csv: Option<PathBuf>,
+    /// Write the trajectory as JSON; `-` is standard output
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<PathBuf>,
+}
+
+/// Lines of the table over time.
+const LINES: usize = 10;
+/// Steps between two looks at the clock.
+const BATCH: usize = 4096;
+/// A run that takes longer than this shows its progress.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let model = scene::load(&args.scene)?;
+    let method = args.method.method(&model)?;
+    let mut state = args.start.state(&model)?;
+    let steps = args.length.steps(method.timestep);
+    eprint!("{}", account(&args.scene, &model, &method, steps));
+
+    let mut outputs = Outputs::default();
+    if let Some(path) = &args.csv {
+        outputs.csv = Some(Csv::new(create(path)?, &model)?);
+    }
+    if let Some(path) = &args.json {
+        outputs.json = Some(Json::new(create(path)?, &model, &method)?);
+    }
+    let mut recorder = Recorder::new(&model);
+    let mut lines = vec![heading(&model)];
+    let mut data = Data::new(&model);
+    let stride = steps.div_ceil(LINES).max(1);
+    let progress = Progress::new(steps);
+    let mut elapsed = Duration::ZERO;
+    let mut failed = None;
+    let mut i = 0;
+    loop {
+        let (written, listed) = (outputs.any() && i % args.every == 0, i % stride == 0 || i == steps);
+        if written || listed {
+            let sample = recorder.sample(&model, &state);
+            if written {
+                outputs.write(&state, &sample)?;
+            }
+            if listed {
+                lines.push(line(&model, &state, &sample));
+            }
+        }
+        if i == steps {
+            break;
+        }
+        // On to the next step that something is done at.
+        let row = if outputs.any() { args.every } else { BATCH };
+        let until = [row, stride, BATCH].map(|n| (i / n + 1) * n).into_iter().min().unwrap_or(steps).min(steps);
+        let before = Instant::now();
+        let outcome = (i..until).try_for_each(|_| step(&model, &method, &mut state, &mut data));
+        elapsed += before.elapsed();
+        if let Err(diverged) = outcome {
+            failed = Some(diverged);
+            break;
+        }
+        i = until;
+        progress.at(i, elapsed);
+    }
+    progress.finish();
+    outputs.finish()?;
+    eprint!("\n{}", table(&lines));
+    match failed {
+        Some(diverged) => Err(Failure::Problem(report(&model, &method, &data, &diverged))),
+        None => {
+            eprintln!("\n  {}", pace(steps, method.timestep, elapsed));
+            Ok(())
+        }
+    }
+}
+
+/// What is computed, how, and how far from its limit.
+fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String {
+    let mut rows: Vec<[String; 2]> = requirements(model);
+    rows.push(["contact law".into(), format!("{}: {}", method.contact.name, method.contact.about)]);
+    rows.push(["integrator".into(), format!("{}: {}", method.integrator.name, method.integrator.about)]);
+    let touches = explain::touches(model, method);
+    for line in super::explain::springs(model, method, &touches).into_iter().take(4) {
+        rows.push(["spring".into(), line]);
+    }
+    let mut step = format!("{}, {}", si(method.timestep, "s"), count(steps, "step", "steps"));
+    if let Some((limit, names)) = largest_timestep(model, method, &touches) {
+        step += &match limit {
+            _ if limit >= explain::probe::LARGEST => "; the contacts are stable at any step".to_owned(),
+            _ => format!("; {names} is stable up to {}: margin {}", si(limit, "s"), short(limit / method.timestep)),
+        };
+    }
+    rows.push(["step".into(), step]);
+    let mut text = format!("{}\n", path.display());
+    for [name, value] in rows {
+        text += &format!("  {name:<12} {value}\n");
+    }
+    text
+}
+
+/// Joint coordinates in the table where they are few and plain; otherwise the centre of mass of all that moves.
+fn shows_joints(model: &Model) -> bool {
+    model.nq <= 4 && model.joints.iter().all(|j| matches!(j.kind, JointKind::Slide | JointKind::Hinge))
+}
+
+fn heading(model: &Model) -> Vec<String> {
+    let mut cells = vec!["time s".to_owned()];
+    if shows_joints(model) {
+        for (i, joint) in model.joints.iter().enumerate() {
+            let unit = if joint.kind == JointKind::Hinge { "rad" } else { "m" };
+            let name = if joint.name.is_empty() { format!("qpos{i}") } else { joint.name.clone() };
+            cells.push(format!("{name} {unit}"));
+        }
+    } else {
+        cells.extend(["x m", "y m", "z m"].map(str::to_owned));
+    }
+    cells.extend(["speed m/s", "energy J", "penetration mm", "contacts"].map(str::to_owned));
+    cells
+}
+
+/// One line of the table.
+fn line(model: &Model, state: &State, sample: &Sample) -> Vec<String> {
+    let mut cells = vec![fixed(state.time, 3)];
+    if shows_joints(model) {
+        cells.extend(state.qpos.iter().map(|&q| fixed(q, 4)));
+    } else {
+        cells.extend(sample.com.iter().map(|&x| fixed(x, 4)));
+    }
+    cells.push(fixed(sample.speed, 4));
+    cells.push(fixed(sample.energy, 4));
+    cells.push(if sample.penetration < 1e-12 { "0".to_owned() } else { short(sample.penetration * 1e3) });
+    cells.push(sample.contacts.to_string());
+    cells
+}
+
+fn pace(steps: usize, timestep: f64, elapsed: Duration) -> String {
+    let seconds = elapsed.as_secs_f64();
+    let real = steps as f64 * timestep / seconds;
+    format!(
+        "{} in {}: {} a step, {}× real time",
+        count(steps, "step", "steps"),
+        si(seconds, "s"),
+        si(seconds / steps.max(1) as f64, "s"),
+        short(real)
+    )
+}
+
+/// What went wrong, where and when, and what to do about it.
+fn report(model: &Model, method: &Method, data: &Data, diverged: &Diverged) -> String {
+    let body = super::explain::body_name(model, diverged.body);
+    let mut text = format!(
+        "error: the run diverged at {:.6} s: {}[{}] of {body} is {:.3e}\n",
+        diverged.time, diverged.quantity, diverged.index, diverged.value
+    );
+    if let Some(contact) = diverged.contact.and_then(|c| data.contacts.get(c)) {
+        let [a, b] = contact.geom.map(|g| super::explain::geom_name(model, g as usize));
+        text += &format!("  its deepest contact: {a} – {b}, {} deep\n", si(-contact.dist, "m"));
+    }
+    let touches = explain::touches(model, method);
+    text += &match largest_timestep(model, method, &touches) {
+        Some((limit, names)) if limit < method.timestep => format!(
+            "  help: {names} is stable up to a timestep of {}, and this one is {}: try --timestep {:.1e}",
+            si(limit, "s"),
+            si(method.timestep, "s"),
+            0.5 * limit
+        ),
+        _ => format!("  help: try a smaller step (--timestep {:.1e}) or another integrator", 0.1 * method.timestep),
+    };
+    text
+}
+
+/// The files, or standard output, that the run is written to.
+#[derive(Default)]
+struct Outputs {
+    csv: Option<Csv<Box<dyn Write>>>,
+    json: Option<Json<Box<dyn Write>>>,
+}
+
+impl Outputs {
+    fn any(&self) -> bool {
+        self.csv.is_some() || self.json.is_some()
+    }
+
+    fn write(&mut self, state: &State, sample: &Sample) -> io::Result<()> {
+        if let Some(csv) = &mut self.csv {
+            csv.write(state, sample)?;
+        }
+        if let Some(json) = &mut self.json {
+            json.write(state, sample)?;
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> io::Result<()> {
+        self.csv.map_or(Ok(()), Csv::finish)?;
+        self.json.map_or(Ok(()), Json::finish)
+    }
+}
+
+fn create(path: &Path) -> Result<Box<dyn Write>, Failure> {
+    if path == Path::new("-") {
+        return Ok(Box::new(BufWriter::new(io::stdout())));
+    }
+    let file = File::create(path)
+        .map_err(|e| Failure::Problem(format!("error: {} cannot be written: {e}", path.display())))?;
+    Ok(Box::new(BufWriter::new(file)))
+}
+
+/// A bar on the terminal, once the run takes longer than [`PATIENCE`].
+struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    fn new(steps: usize) -> Progress {
+        let bar = ProgressBar::hidden();
+        bar.set_length(steps as u64);
+        if let Ok(style) = ProgressStyle::with_template("  {wide_bar} {percent} %, {eta} to go") {
+            bar.set_style(style);
+        }
+        Progress { bar }
+    }
+
+    fn at(&self, step: usize, elapsed: Duration) {
+        if elapsed < PATIENCE {
+            return;
+        }
+        if self.bar.is_hidden() {
+            // Draws only if standard error is a terminal.
+            self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+        }
+        self.bar.set_position(step as u64);
+    }
+
+    fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

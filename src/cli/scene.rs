@@ -1,0 +1,265 @@
+//! Options that several commands share: which scene, computed how, started where, for how long.
+
+use std::io::IsTerminal;
+use std::path::Path;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+
+use super::Failure;
+use crate::Scene;
+use crate::contact::{self, Law};
+use crate::forward::Method;
+use crate::integrate::{self, Integrator};
+use crate::mjcf;
+use crate::model::{Joint, JointKind, Model};
+use crate::state::State;
+
+/// Contact law of scenes that do not name one.
+pub const DEFAULT_LAW: &str = "penalty";
+/// s
+const DEFAULT_TIME: f64 = 3.0;
+
+#[derive(clap::Args, Clone)]
+pub struct MethodArgs {
+    /// Contact law [default: the scene's, else penalty]
+    #[arg(long, value_name = "LAW", value_parser = law_parser())]
+    contact: Option<String>,
+    /// Integrator [default: the scene's]
+    #[arg(long, value_name = "NAME", value_parser = integrator_parser())]
+    integrator: Option<String>,
+    /// Timestep in seconds [default: the scene's]
+    #[arg(long, value_name = "S", value_parser = positive)]
+    timestep: Option<f64>,
+    /// Rounds of normals and friction in the penalty law: more are more accurate, and slower
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = at_least_one)]
+    rounds: usize,
+}
+
+#[derive(clap::Args, Clone)]
+pub struct StartArgs {
+    /// Start from this keyframe, by name or index (a scene's keyframes are applied only where named)
+    #[arg(long, value_name = "NAME|INDEX")]
+    key: Option<String>,
+    /// Start at these positions, all of them
+    #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
+    qpos: Option<Numbers>,
+    /// Start with these velocities, all of them
+    #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
+    qvel: Option<Numbers>,
+    /// Hold the actuators at these controls, all of them
+    #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
+    ctrl: Option<Numbers>,
+}
+
+#[derive(clap::Args, Clone)]
+pub struct LengthArgs {
+    /// Simulated time in seconds [default: 3]
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "steps")]
+    time: Option<f64>,
+    /// Number of steps instead of a time
+    #[arg(long, value_name = "N")]
+    steps: Option<usize>,
+}
+
+/// Numbers between blanks or commas.
+#[derive(Clone, Debug)]
+pub struct Numbers(Vec<f64>);
+
+impl MethodArgs {
+    /// Whether the command line asks for any method of its own.
+    pub fn given(&self) -> bool {
+        self.contact.is_some() || self.integrator.is_some() || self.timestep.is_some() || self.rounds != 1
+    }
+
+    /// How to compute the scene: what was asked for, else what the scene says, else the defaults.
+    pub fn method(&self, model: &Model) -> Result<Method, Failure> {
+        let law = self.contact.as_deref().or(model.contact_law()).unwrap_or(DEFAULT_LAW);
+        let integrator = self.integrator.as_deref().unwrap_or(&model.opt.integrator);
+        Ok(Method {
+            contact: contact::by_name(law)
+                .ok_or_else(|| unknown("contact law", law, contact::ALL.iter().map(|l| l.name)))?,
+            integrator: integrate::by_name(integrator)
+                .ok_or_else(|| unknown("integrator", integrator, integrate::ALL.iter().map(|i| i.name)))?,
+            timestep: self.timestep.unwrap_or(model.opt.timestep),
+            rounds: self.rounds,
+        })
+    }
+
+    /// The laws to look at where several are shown: the one asked for, or all.
+    pub fn laws(&self) -> Vec<&'static Law> {
+        let asked = |law: &&Law| self.contact.as_deref().is_none_or(|name| law.name == name);
+        contact::ALL.iter().copied().filter(asked).collect()
+    }
+
+    /// The integrators to look at where several are shown: the one asked for, or all.
+    pub fn integrators(&self) -> Vec<&'static Integrator> {
+        match &self.integrator {
+            Some(name) => integrate::by_name(name).into_iter().collect(),
+            None => integrate::ALL.to_vec(),
+        }
+    }
+}
+
+/// A scene names a law or an integrator that Penny does not have.
+fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Failure {
+    let known: Vec<&str> = known.collect();
+    Failure::Problem(format!("error: the scene asks for the {what} `{name}`; Penny has {}", known.join(", ")))
+}
+
+impl StartArgs {
+    /// Whether the command line asks for any start of its own.
+    pub fn given(&self) -> bool {
+        self.key.is_some() || self.qpos.is_some() || self.qvel.is_some() || self.ctrl.is_some()
+    }
+
+    /// Where the run begins.
+    pub fn state(&self, model: &Model) -> Result<State, Failure> {
+        let mut state = State::new(model);
+        if let Some(key) = &self.key {
+            apply_key(model, key, &mut state)?;
+        }
+        set("qpos", &self.qpos, &mut state.qpos, || joint_list(model, qpos_names))?;
+        set("qvel", &self.qvel, &mut state.qvel, || joint_list(model, qvel_names))?;
+        set("ctrl", &self.ctrl, &mut state.ctrl, || {
+            model.actuators.iter().map(|a| a.name.clone()).collect::<Vec<_>>().join(", ")
+        })?;
+        Ok(state)
+    }
+}
+
+fn apply_key(model: &Model, key: &str, state: &mut State) -> Result<(), Failure> {
+    let by_name = model.keyframes.iter().find(|k| k.name == key);
+    let by_index = || key.parse::<usize>().ok().and_then(|i| model.keyframes.get(i));
+    let Some(found) = by_name.or_else(by_index) else {
+        let names: Vec<String> = model
+            .keyframes
+            .iter()
+            .enumerate()
+            .map(|(i, k)| if k.name.is_empty() { i.to_string() } else { k.name.clone() })
+            .collect();
+        let has = if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", names.join(", ")) };
+        return Err(Failure::Usage(format!("error: the scene has no keyframe `{key}`: {has}")));
+    };
+    state.time = found.time;
+    state.qpos.clone_from(&found.qpos);
+    state.qvel.clone_from(&found.qvel);
+    state.ctrl.clone_from(&found.ctrl);
+    Ok(())
+}
+
+/// Replaces a vector of the state by what the command line gave.
+fn set(name: &str, given: &Option<Numbers>, to: &mut [f64], meaning: impl Fn() -> String) -> Result<(), Failure> {
+    let Some(Numbers(given)) = given else { return Ok(()) };
+    if given.len() != to.len() {
+        let meaning = if to.is_empty() { String::new() } else { format!(": {}", meaning()) };
+        let n = given.len();
+        return Err(Failure::Usage(format!(
+            "error: --{name} has {n} number{}, but this scene has {}{meaning}",
+            if n == 1 { "" } else { "s" },
+            to.len(),
+        )));
+    }
+    to.copy_from_slice(given);
+    Ok(())
+}
+
+/// What each number of `qpos` or `qvel` is: "disk (vx vy vz wx wy wz), …".
+fn joint_list(model: &Model, names: fn(JointKind) -> &'static str) -> String {
+    let one = |j: &Joint| {
+        let name = if j.name.is_empty() { &model.bodies[j.body].name } else { &j.name };
+        match names(j.kind) {
+            "" => name.clone(),
+            parts => format!("{name} ({parts})"),
+        }
+    };
+    let mut list: Vec<String> = model.joints.iter().take(6).map(one).collect();
+    if model.joints.len() > list.len() {
+        list.push(format!("and {} more joints", model.joints.len() - list.len()));
+    }
+    list.join(", ")
+}
+
+fn qpos_names(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Free => "x y z and quaternion w x y z",
+        JointKind::Ball => "quaternion w x y z",
+        JointKind::Slide | JointKind::Hinge => "",
+    }
+}
+
+fn qvel_names(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Free => "vx vy vz wx wy wz",
+        JointKind::Ball => "wx wy wz",
+        JointKind::Slide | JointKind::Hinge => "",
+    }
+}
+
+impl LengthArgs {
+    pub fn steps(&self, timestep: f64) -> usize {
+        self.steps.unwrap_or_else(|| (self.time.unwrap_or(DEFAULT_TIME) / timestep).round() as usize)
+    }
+}
+
+/// A scene, and what it was warned about.
+pub struct Read {
+    pub model: Model,
+    /// The report, for people.
+    pub warnings: String,
+    pub count: usize,
+}
+
+/// Reads and compiles a scene.
+///
+/// Errors: the report of all that is wrong with it.
+pub fn read(path: &Path) -> Result<Read, Failure> {
+    let colour = std::io::stderr().is_terminal();
+    match crate::load(path) {
+        Ok(Scene { document, model, warnings }) => {
+            Ok(Read { model, warnings: mjcf::render(&document, &warnings, colour), count: warnings.len() })
+        }
+        Err(failure) => Err(Failure::Problem(mjcf::render(&failure.document, &failure.problems, colour))),
+    }
+}
+
+/// Reads a scene to work with; warnings are printed.
+pub fn load(path: &Path) -> Result<Model, Failure> {
+    let read = read(path)?;
+    if read.count > 0 {
+        eprintln!("{}", read.warnings);
+    }
+    Ok(read.model)
+}
+
+fn law_parser() -> impl TypedValueParser<Value = String> {
+    PossibleValuesParser::new(contact::ALL.iter().map(|l| PossibleValue::new(l.name).help(l.about)))
+}
+
+fn integrator_parser() -> impl TypedValueParser<Value = String> {
+    PossibleValuesParser::new(
+        integrate::ALL.iter().map(|i| PossibleValue::new(i.name).help(i.about).aliases(i.mjcf.iter().copied())),
+    )
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
+        _ => Err("must be a number of seconds above 0".to_owned()),
+    }
+}
+
+pub fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(n) if n > 0 => Ok(n),
+        _ => Err("must be a whole number above 0".to_owned()),
+    }
+}
+
+fn numbers(text: &str) -> Result<Numbers, String> {
+    let one = |word: &str| match word.parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => Err(format!("`{word}` is not a finite number")),
+    };
+    let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty());
+    words.map(one).collect::<Result<_, _>>().map(Numbers)
+}

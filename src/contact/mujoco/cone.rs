@@ -1,0 +1,403 @@
+//! What one constraint costs: s(x), its force −∂s/∂x and its curvature ∂²s/∂x².
+//!
+//! `x = J a − a_ref` is how far a constraint's accelerations are from what it wants. For a contact its components
+//! are normal, two tangential, torsional, two rolling, as many as `dim` says, under either kind of cone: the edges
+//! of a pyramid are combined here, not stored as rows. (Fewer rows, and where friction is tiny and the edges are
+//! all but parallel, as in the tutorial's disk, no digits are lost in their differences.)
+//!
+//! Source: MuJoCo 4.0 manual, Computation › Constraint model and Solver › Primal problem; the elliptic cost from
+//! minimising over the cone in closed form.
+
+/// The shape of s(x).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// Pushes, never pulls: s = D/2 min(x, 0)². Frictionless contacts and joint limits.
+    #[default]
+    OneSided,
+    /// Resists either way, but with no more than `loss` (N or N m): s quadratic, linear beyond |x| = loss/D.
+    Dry,
+    /// s = D/2 Σⱼ min(x₀ + μⱼxⱼ, 0)² + min(x₀ − μⱼxⱼ, 0)².
+    Pyramid,
+    /// s depends on where x lies: nothing inside the cone, quadratic far outside, and between these
+    /// s = D (N − μ̃T)² / (2 μ̃² (1 + μ̃²)) with N = μ̃x₀, T = |μⱼxⱼ|.
+    Ellipse,
+}
+
+/// A constraint's cost function.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Cone {
+    pub kind: Kind,
+    /// Components of x that count: 1, 3, 4 or 6.
+    pub dim: usize,
+    /// Inverse regularisations D = 1/R, kg (kg m² for angles). A pyramid has one for all its edges, in `d[0]`.
+    pub d: [f64; 6],
+    /// Friction coefficients beside the components they belong to. In `mu[0]` a pyramid has nothing, an ellipse
+    /// its regularised coefficient μ̃ = μ₁ √(R₁/R₀), dry friction its largest force.
+    pub mu: [f64; 6],
+}
+
+/// Which piece of s(x) a point is in: the same number means the same formula.
+pub type Zone = u16;
+
+const OUTSIDE: Zone = 0;
+const BETWEEN: Zone = 1;
+const INSIDE: Zone = 2;
+
+/// Second derivatives of s(x).
+#[expect(clippy::large_enum_variant, reason = "lives on the stack for a few lines")]
+pub enum Curvature {
+    Zero,
+    Diagonal([f64; 6]),
+    /// Symmetric, the first `dim` rows and columns filled.
+    Full([[f64; 6]; 6]),
+}
+
+impl Cone {
+    /// Cost s(x), and the force f = −∂s/∂x.
+    ///
+    /// In:  `x` in m/s² and rad/s².
+    /// Out: cost; `force` in N and N m; the zone of `x`.
+    #[inline]
+    pub fn cost(&self, x: &[f64; 6], force: &mut [f64; 6]) -> (f64, Zone) {
+        match self.kind {
+            Kind::OneSided => {
+                let x = x[0].min(0.0);
+                force[0] = -self.d[0] * x;
+                (0.5 * self.d[0] * x * x, Zone::from(x < 0.0))
+            }
+            Kind::Dry => {
+                let (d, loss) = (self.d[0], self.mu[0]);
+                let f = d * x[0];
+                force[0] = -f.clamp(-loss, loss);
+                if f.abs() < loss {
+                    (0.5 * f * x[0], INSIDE)
+                } else {
+                    (loss * (x[0].abs() - 0.5 * loss / d), Zone::from(f > 0.0))
+                }
+            }
+            Kind::Pyramid => self.cost_of_pyramid(x, force),
+            Kind::Ellipse => self.cost_of_ellipse(x, force),
+        }
+    }
+
+    #[inline]
+    fn cost_of_pyramid(&self, x: &[f64; 6], force: &mut [f64; 6]) -> (f64, Zone) {
+        let d = self.d[0];
+        let (mut cost, mut normal, mut zone) = (0.0, 0.0, 0);
+        for j in 1..self.dim {
+            let slip = self.mu[j] * x[j];
+            let (plus, minus) = (x[0] + slip, x[0] - slip);
+            zone |= (Zone::from(plus < 0.0) << (2 * j)) | (Zone::from(minus < 0.0) << (2 * j + 1));
+            let (plus, minus) = (plus.min(0.0), minus.min(0.0));
+            cost += plus * plus + minus * minus;
+            normal += plus + minus;
+            force[j] = -d * self.mu[j] * (plus - minus);
+        }
+        force[0] = -d * normal;
+        (0.5 * d * cost, zone)
+    }
+
+    #[inline]
+    fn cost_of_ellipse(&self, x: &[f64; 6], force: &mut [f64; 6]) -> (f64, Zone) {
+        let (zone, n, t) = self.zone_of_ellipse(x);
+        match zone {
+            OUTSIDE => {
+                *force = [0.0; 6];
+                (0.0, zone)
+            }
+            INSIDE => {
+                let mut cost = 0.0;
+                for j in 0..self.dim {
+                    force[j] = -self.d[j] * x[j];
+                    cost -= 0.5 * force[j] * x[j];
+                }
+                (cost, zone)
+            }
+            _ => {
+                let (mu, dm) = (self.mu[0], self.middle());
+                let gap = n - mu * t;
+                force[0] = -dm * gap * mu;
+                for j in 1..self.dim {
+                    // −∂s/∂xⱼ = D' (N − μ̃T) μ̃ ∂T/∂xⱼ
+                    force[j] = dm * gap * mu * self.mu[j] * self.mu[j] * x[j] / t;
+                }
+                (0.5 * dm * gap * gap, zone)
+            }
+        }
+    }
+
+    /// The zone, N and T of a point under an elliptic cone.
+    #[inline]
+    fn zone_of_ellipse(&self, x: &[f64; 6]) -> (Zone, f64, f64) {
+        let mu = self.mu[0];
+        let n = mu * x[0];
+        let mut squares = 0.0;
+        for j in 1..self.dim {
+            let u = self.mu[j] * x[j];
+            squares += u * u;
+        }
+        let t = squares.sqrt();
+        let zone = if n >= mu * t {
+            OUTSIDE
+        } else if mu * n + t <= 0.0 {
+            INSIDE
+        } else {
+            BETWEEN
+        };
+        (zone, n, t)
+    }
+
+    /// The weight between the zones, D / (μ̃² (1 + μ̃²)).
+    #[inline]
+    fn middle(&self) -> f64 {
+        let square = self.mu[0] * self.mu[0];
+        self.d[0] / (square * (1.0 + square))
+    }
+
+    /// First and second derivative of s(x + α y) with respect to α.
+    #[inline]
+    pub fn along(&self, x: &[f64; 6], y: &[f64; 6], alpha: f64) -> (f64, f64) {
+        let d = self.d[0];
+        match self.kind {
+            Kind::OneSided => {
+                let z = x[0] + alpha * y[0];
+                if z < 0.0 { (d * z * y[0], d * y[0] * y[0]) } else { (0.0, 0.0) }
+            }
+            Kind::Dry => {
+                let f = d * (x[0] + alpha * y[0]);
+                let loss = self.mu[0];
+                if f.abs() < loss { (f * y[0], d * y[0] * y[0]) } else { (f.clamp(-loss, loss) * y[0], 0.0) }
+            }
+            Kind::Pyramid => {
+                let z = x[0] + alpha * y[0];
+                let (mut first, mut second) = (0.0, 0.0);
+                for j in 1..self.dim {
+                    let slip = self.mu[j] * (x[j] + alpha * y[j]);
+                    let turn = self.mu[j] * y[j];
+                    for (edge, rate) in [(z + slip, y[0] + turn), (z - slip, y[0] - turn)] {
+                        if edge < 0.0 {
+                            first += edge * rate;
+                            second += rate * rate;
+                        }
+                    }
+                }
+                (d * first, d * second)
+            }
+            Kind::Ellipse => self.along_ellipse(x, y, alpha),
+        }
+    }
+
+    fn along_ellipse(&self, x: &[f64; 6], y: &[f64; 6], alpha: f64) -> (f64, f64) {
+        let mut z = [0.0; 6];
+        for j in 0..self.dim {
+            z[j] = x[j] + alpha * y[j];
+        }
+        let (zone, n, t) = self.zone_of_ellipse(&z);
+        let (mut first, mut second) = (0.0, 0.0);
+        match zone {
+            OUTSIDE => {}
+            INSIDE => {
+                for j in 0..self.dim {
+                    first += self.d[j] * z[j] * y[j];
+                    second += self.d[j] * y[j] * y[j];
+                }
+            }
+            _ => {
+                let (mu, dm) = (self.mu[0], self.middle());
+                let (mut uv, mut vv) = (0.0, 0.0);
+                for j in 1..self.dim {
+                    let v = self.mu[j] * y[j];
+                    uv += self.mu[j] * z[j] * v;
+                    vv += v * v;
+                }
+                let (gap, turn) = (n - mu * t, uv / t);
+                let rate = mu * (y[0] - turn);
+                first = dm * gap * rate;
+                second = dm * (rate * rate - mu * gap * (vv - turn * turn) / t);
+            }
+        }
+        (first, second)
+    }
+
+    /// Second derivatives of s at `x`.
+    #[inline]
+    pub fn curvature(&self, x: &[f64; 6]) -> Curvature {
+        let d = self.d[0];
+        match self.kind {
+            Kind::OneSided if x[0] < 0.0 => Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            Kind::Dry if (d * x[0]).abs() < self.mu[0] => Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            Kind::OneSided | Kind::Dry => Curvature::Zero,
+            Kind::Pyramid => self.curvature_of_pyramid(x),
+            Kind::Ellipse => self.curvature_of_ellipse(x),
+        }
+    }
+
+    #[inline]
+    fn curvature_of_pyramid(&self, x: &[f64; 6]) -> Curvature {
+        let d = self.d[0];
+        // How many edges push, and per friction direction the sum and the difference of its two edges.
+        let mut diagonal = [0.0; 6];
+        let mut arrow = [0.0; 6];
+        let mut skew = false;
+        for j in 1..self.dim {
+            let slip = self.mu[j] * x[j];
+            let plus = f64::from(u8::from(x[0] + slip < 0.0));
+            let minus = f64::from(u8::from(x[0] - slip < 0.0));
+            diagonal[0] += d * (plus + minus);
+            diagonal[j] = d * self.mu[j] * self.mu[j] * (plus + minus);
+            arrow[j] = d * self.mu[j] * (plus - minus);
+            skew |= plus != minus;
+        }
+        if diagonal[0] == 0.0 {
+            return Curvature::Zero;
+        }
+        if !skew {
+            return Curvature::Diagonal(diagonal);
+        }
+        let mut full = [[0.0; 6]; 6];
+        for j in 0..self.dim {
+            full[0][j] = arrow[j];
+            full[j][0] = arrow[j];
+            full[j][j] = diagonal[j];
+        }
+        Curvature::Full(full)
+    }
+
+    fn curvature_of_ellipse(&self, x: &[f64; 6]) -> Curvature {
+        let (zone, n, t) = self.zone_of_ellipse(x);
+        match zone {
+            OUTSIDE => Curvature::Zero,
+            INSIDE => Curvature::Diagonal(self.d),
+            _ => {
+                let (mu, dm) = (self.mu[0], self.middle());
+                let gap = n - mu * t;
+                // s = D'/2 g², g = N − μ̃T: s'' = D' (g' g'ᵀ + g g''), where T' = w, T'' = (μ² − w wᵀ) / T.
+                let mut w = [0.0; 6];
+                for j in 1..self.dim {
+                    w[j] = self.mu[j] * self.mu[j] * x[j] / t;
+                }
+                let mut full = [[0.0; 6]; 6];
+                full[0][0] = dm * mu * mu;
+                for j in 1..self.dim {
+                    full[0][j] = -dm * mu * mu * w[j];
+                    full[j][0] = full[0][j];
+                    for k in 1..=j {
+                        let own = if j == k { self.mu[j] * self.mu[j] } else { 0.0 };
+                        full[j][k] = dm * mu * (mu * w[j] * w[k] - gap * (own - w[j] * w[k]) / t);
+                        full[k][j] = full[j][k];
+                    }
+                }
+                Curvature::Full(full)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One cone of each shape, with points in all its zones.
+    fn cases() -> Vec<(Cone, [f64; 6])> {
+        let mu = [0.4, 0.5, 0.7, 0.02, 0.01, 0.03];
+        let d = [3.0, 5.0, 2.0, 0.4, 0.3, 0.2];
+        let points = [
+            [-1.0, 0.3, -0.2, 0.5, 0.1, -0.7],
+            [0.1, 2.0, -1.0, 3.0, 5.0, 4.0],
+            [-0.2, 2.0, 1.0, 9.0, -5.0, 4.0],
+            [3.0, 0.5, 1.0, 1.0, 1.0, 1.0],
+            [-2.0, 0.1, 0.1, 0.1, 0.1, 0.1],
+        ];
+        let mut cases = Vec::new();
+        for (kind, dims) in
+            [(Kind::OneSided, &[1][..]), (Kind::Dry, &[1]), (Kind::Pyramid, &[3, 4, 6]), (Kind::Ellipse, &[3, 4, 6])]
+        {
+            for &dim in dims {
+                for x in points {
+                    // On an elliptic cone the pieces of s only meet if Rⱼ μⱼ² is the same for all friction rows.
+                    let mut d = d;
+                    if kind == Kind::Ellipse {
+                        for j in 1..6 {
+                            d[j] = d[0] * mu[j] * mu[j] / (mu[0] * mu[0]);
+                        }
+                    }
+                    cases.push((Cone { kind, dim, d, mu }, x));
+                }
+            }
+        }
+        cases
+    }
+
+    fn cost(cone: &Cone, x: &[f64; 6]) -> (f64, [f64; 6]) {
+        let mut force = [0.0; 6];
+        let (s, _) = cone.cost(x, &mut force);
+        (s, force)
+    }
+
+    #[test]
+    fn force_is_minus_the_gradient_and_curvature_its_derivative() {
+        let h = 1e-5; // truncation h² ~ 1e-10, rounding 1e-16/h ~ 1e-11
+        for (cone, x) in cases() {
+            let full = match cone.curvature(&x) {
+                Curvature::Zero => [[0.0; 6]; 6],
+                Curvature::Diagonal(d) => {
+                    std::array::from_fn(|i| std::array::from_fn(|j| if i == j { d[i] } else { 0.0 }))
+                }
+                Curvature::Full(full) => full,
+            };
+            let (_, force) = cost(&cone, &x);
+            for j in 0..cone.dim {
+                let (mut up, mut down) = (x, x);
+                up[j] += h;
+                down[j] -= h;
+                let ((s1, f1), (s0, f0)) = (cost(&cone, &up), cost(&cone, &down));
+                assert!((-(s1 - s0) / (2.0 * h) - force[j]).abs() < 1e-8, "{cone:?} {x:?} force {j}");
+                for i in 0..cone.dim {
+                    let slope = -(f1[i] - f0[i]) / (2.0 * h);
+                    assert!((slope - full[i][j]).abs() < 1e-7, "{cone:?} {x:?} curvature {i} {j}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_along_a_line_are_those_of_the_cost() {
+        let y = [0.3, -0.4, 0.8, 0.6, -0.2, 1.1];
+        for (cone, x) in cases() {
+            for alpha in [0.0, 0.4] {
+                let (first, second) = cone.along(&x, &y, alpha);
+                let h = 1e-5; // as above
+                let at = |a: f64| cost(&cone, &std::array::from_fn(|j| x[j] + a * y[j])).0;
+                assert!((first - (at(alpha + h) - at(alpha - h)) / (2.0 * h)).abs() < 1e-8, "{cone:?} {x:?}");
+                let slope = |a: f64| cone.along(&x, &y, a).0;
+                assert!((second - (slope(alpha + h) - slope(alpha - h)) / (2.0 * h)).abs() < 1e-7, "{cone:?} {x:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn forces_stay_in_their_cone() {
+        for (cone, x) in cases() {
+            let (_, f) = cost(&cone, &x);
+            let used: f64 = match cone.kind {
+                Kind::OneSided => 0.0,
+                Kind::Dry => {
+                    assert!(f[0].abs() <= cone.mu[0]);
+                    continue;
+                }
+                Kind::Pyramid => (1..cone.dim).map(|j| (f[j] / cone.mu[j]).abs()).sum(),
+                Kind::Ellipse => (1..cone.dim).map(|j| (f[j] / cone.mu[j]).powi(2)).sum::<f64>().sqrt(),
+            };
+            assert!(f[0] >= 0.0 && used <= f[0] * (1.0 + 1e-12), "{cone:?} {x:?}: {f:?}");
+        }
+    }
+
+    #[test]
+    fn zones_name_the_pieces() {
+        let (cone, _) = cases().into_iter().find(|(c, _)| c.kind == Kind::Ellipse).unwrap();
+        let mut f = [0.0; 6];
+        for (x, zone) in [([1.0, 0.0, 0.0], OUTSIDE), ([-1.0, 0.0, 0.0], INSIDE), ([0.0, 1.0, 0.0], BETWEEN)] {
+            assert_eq!(cone.cost(&[x[0], x[1], x[2], 0.0, 0.0, 0.0], &mut f).1, zone);
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! The constraint rows as MuJoCo lists them (`efc_J`, `efc_R`, `efc_aref`, `efc_force`): dry friction, joint limits,
+//! contacts; a pyramid's edges one by one. To look at and to compare, not on the way of a step.
+
+use super::cone::Kind;
+use super::{Scratch, force_from_mover, rows};
+use crate::data::Data;
+use crate::forward::Method;
+use crate::model::Model;
+use crate::state::State;
+
+/// One scalar row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Jacobian (nv): J qvel is the row's velocity.
+    pub jac: Vec<f64>,
+    /// Regularisation R, 1/kg (1/(kg m²) for an angle).
+    pub r: f64,
+    /// Reference acceleration, m/s² (rad/s²).
+    pub aref: f64,
+    /// N (N m)
+    pub force: f64,
+}
+
+/// All rows at the state that `data` was computed for by [`forward`](crate::forward::forward) with this law.
+pub fn list(model: &Model, method: &Method, state: &State, data: &Data) -> Vec<Row> {
+    let mut scratch = Scratch::default();
+    scratch.prepare(model, method.timestep);
+    let island = &mut scratch.island;
+    for t in 0..model.trees.len() {
+        island.add_tree(model, t);
+    }
+    let mut dof_rows = Vec::new();
+    rows::dry_friction(model, &scratch.dry, method.timestep, &state.qvel, |row| dof_rows.push(row));
+    rows::limits(model, &scratch.limited, method.timestep, &state.qpos, &state.qvel, |row| dof_rows.push(row));
+    for row in &dof_rows {
+        island.add_dof_row(model, data, row, super::tree_of_dof(model, row.dof));
+    }
+    for contact in &data.contacts {
+        let recipe = &scratch.recipes[contact.mix as usize];
+        if recipe.active(contact.dist) {
+            let units = contact.body.map(|b| model.bodies[b as usize].tree);
+            island.add_contact(model, data, &state.qvel, contact, recipe, units);
+        }
+    }
+    island.start(model, data, &data.qacc);
+    island.evaluate_at_start(model, data);
+    let mut list = Vec::new();
+    for (i, c) in island.constraints.iter().enumerate() {
+        let jac: Vec<Vec<f64>> = (0..c.cone.dim).map(|k| qvel_row(model, data, &island.split_row(i, k))).collect();
+        // e₀ times the first component plus e₁ times the j-th.
+        let edge = |j: usize, slope: f64| Row {
+            jac: jac[0].iter().zip(&jac[j]).map(|(n, t)| n + slope * t).collect(),
+            r: 1.0 / c.cone.d[0],
+            aref: -(c.bias[0] + slope * c.bias[j]),
+            force: -c.cone.d[0] * (c.x[0] + slope * c.x[j]).min(0.0),
+        };
+        match c.cone.kind {
+            Kind::Pyramid => {
+                for j in 1..c.cone.dim {
+                    list.extend([edge(j, c.cone.mu[j]), edge(j, -c.cone.mu[j])]);
+                }
+            }
+            _ => list.extend((0..c.cone.dim).map(|k| Row {
+                jac: jac[k].clone(),
+                r: 1.0 / c.cone.d[k],
+                aref: -c.bias[k],
+                force: c.force[k],
+            })),
+        }
+    }
+    list
+}
+
+/// A row in the island's coordinates, one slice per tree, as a row of qvel.
+fn qvel_row(model: &Model, data: &Data, parts: &[(usize, &[f64])]) -> Vec<f64> {
+    let mut row = vec![0.0; model.nv];
+    for &(t, part) in parts {
+        let tree = &model.trees[t];
+        let out = &mut row[tree.dofs.clone()];
+        match &tree.free {
+            // A row is transformed like a force: both are dual to accelerations.
+            Some(free) => {
+                let body = tree.bodies.start;
+                force_from_mover(free, &data.movers[body], &data.xpos[body], part, out);
+            }
+            None => out.copy_from_slice(part),
+        }
+    }
+    row
+}

@@ -1,0 +1,454 @@
+//! Trees that constraints hold together, solved as one problem with sparse blocks.
+//!
+//! Unknowns are the accelerations of the island's trees one after the other: six in the coordinates of its mover
+//! for a free body, qacc for any other tree.
+
+use super::blocks::Blocks;
+use super::cone::Curvature;
+use super::rows::{self, DofRow, Recipe};
+use super::solver::{Constraint, Into, Space, Vectors};
+use crate::data::{Contact, Data};
+use crate::dynamics;
+use crate::math::{Vec3, Vec6};
+use crate::model::Model;
+
+/// One tree of the island.
+#[derive(Clone, Copy, Debug)]
+pub struct Unit {
+    pub tree: usize,
+    /// Place in the island's vectors, and number of unknowns.
+    pub at: usize,
+    pub n: usize,
+}
+
+/// The part of a constraint's rows that belongs to one tree: `dim` rows of `n` numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Part {
+    unit: usize,
+    at: usize,
+    n: usize,
+    /// Start of the first row in `jac`.
+    start: usize,
+}
+
+/// Where the parts of a constraint lie, and where their products go in H.
+#[derive(Clone, Copy, Debug, Default)]
+struct Parts {
+    parts: [Part; 2],
+    count: usize,
+    diagonal: [usize; 2],
+    /// Block of the two parts, and which of them has its rows: the tree that is eliminated first.
+    off: usize,
+    first: usize,
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Island {
+    pub units: Vec<Unit>,
+    pub constraints: Vec<Constraint>,
+    pub vectors: Vectors<Vec<f64>>,
+    parts: Vec<Parts>,
+    jac: Vec<f64>,
+    blocks: Blocks,
+    /// Twists of a point per dof of a tree.
+    columns: Vec<Vec6>,
+    /// C J of one constraint.
+    product: Vec<f64>,
+}
+
+impl Island {
+    pub fn reset(&mut self) {
+        self.units.clear();
+        self.constraints.clear();
+        self.parts.clear();
+        self.jac.clear();
+    }
+
+    /// Adds a tree; returns its number in the island.
+    pub fn add_tree(&mut self, model: &Model, tree: usize) -> usize {
+        let at = self.units.last().map_or(0, |u| u.at + u.n);
+        self.units.push(Unit { tree, at, n: model.trees[tree].dofs.len() });
+        self.units.len() - 1
+    }
+
+    /// Gives all vectors their length and reads a₀ and the start.
+    ///
+    /// Reads: `data.movers`, `data.qacc_smooth`, `warm` (nv).
+    pub fn start(&mut self, model: &Model, data: &Data, warm: &[f64]) {
+        let v = &mut self.vectors;
+        let size = self.units.last().map_or(0, |u| u.at + u.n);
+        for vector in [&mut v.smooth, &mut v.a, &mut v.pull, &mut v.gradient, &mut v.p, &mut v.mp] {
+            vector.resize(size, 0.0);
+        }
+        for unit in &self.units {
+            let tree = &model.trees[unit.tree];
+            let (smooth, a) = (&mut v.smooth[unit.at..][..unit.n], &mut v.a[unit.at..][..unit.n]);
+            let warm = &warm[tree.dofs.clone()];
+            if let Some(free) = &tree.free {
+                let body = tree.bodies.start;
+                smooth.copy_from_slice(data.movers[body].acc.as_slice());
+                a.copy_from_slice(&super::to_mover(free, &data.movers[body], &data.xpos[body], warm));
+            } else {
+                smooth.copy_from_slice(&data.qacc_smooth[tree.dofs.clone()]);
+                a.copy_from_slice(warm);
+            }
+        }
+    }
+
+    /// Adds the rows of a contact; `units` are the island's numbers of the trees of its two bodies.
+    pub fn add_contact(
+        &mut self,
+        model: &Model,
+        data: &Data,
+        qvel: &[f64],
+        contact: &Contact,
+        recipe: &Recipe,
+        units: [Option<usize>; 2],
+    ) {
+        let dim = recipe.dim();
+        let mut parts = Parts::default();
+        for (side, sign) in [(0, -1.0), (1, 1.0)] {
+            let Some(unit) = units[side] else { continue };
+            if parts.count == 1 && parts.parts[0].unit == unit {
+                // Both bodies belong to the same tree: one set of rows, their difference.
+                self.add_tree_rows(model, data, contact, side, sign, parts.parts[0], dim);
+                continue;
+            }
+            let Unit { tree, at, n } = self.units[unit];
+            let part = Part { unit, at, n, start: self.jac.len() };
+            self.jac.resize(part.start + dim * n, 0.0);
+            if model.trees[tree].free.is_some() {
+                let mut jac = [[0.0; 6]; 6];
+                let mover = &data.movers[model.trees[tree].bodies.start];
+                rows::free_rows(contact, mover, sign, dim, &mut jac);
+                self.jac[part.start..].copy_from_slice(jac[..dim].as_flattened());
+            } else {
+                self.add_tree_rows(model, data, contact, side, sign, part, dim);
+            }
+            parts.parts[parts.count] = part;
+            parts.count += 1;
+        }
+        let mut v = [0.0; 6];
+        for part in &parts.parts[..parts.count] {
+            let tree = self.units[part.unit].tree;
+            let vel = match &model.trees[tree].free {
+                Some(_) => data.movers[model.trees[tree].bodies.start].vel.as_slice(),
+                None => &qvel[model.trees[tree].dofs.clone()],
+            };
+            for k in 0..dim {
+                v[k] += dot(self.row(part, k), vel);
+            }
+        }
+        let inverse = if model.opt.flags.diagexact {
+            recipe.exact(|e| self.exact_inverse(model, data, &parts, e))
+        } else {
+            rows::inverse_mass(model, contact)
+        };
+        let mut constraint = Constraint::default();
+        recipe.fill(contact.dist, inverse, &v, &mut constraint);
+        self.constraints.push(constraint);
+        self.parts.push(parts);
+    }
+
+    /// Adds ± frame · J of one side's body to the rows of a part.
+    fn add_tree_rows(
+        &mut self,
+        model: &Model,
+        data: &Data,
+        contact: &Contact,
+        side: usize,
+        sign: f64,
+        part: Part,
+        dim: usize,
+    ) {
+        self.columns.clear();
+        self.columns.resize(part.n, Vec6::zeros());
+        dynamics::jacobian(model, data, contact.body[side] as usize, &contact.pos, &mut self.columns);
+        for (j, column) in self.columns.iter().enumerate() {
+            let linear = contact.frame * Vec3::new(column[0], column[1], column[2]);
+            let angular = contact.frame * Vec3::new(column[3], column[4], column[5]);
+            for k in 0..dim {
+                let value = if k < 3 { linear[k] } else { angular[k - 3] };
+                self.jac[part.start + k * part.n + j] += sign * value;
+            }
+        }
+    }
+
+    /// Adds a row of a tree's dofs: a joint limit or dry friction.
+    pub fn add_dof_row(&mut self, model: &Model, data: &Data, row: &DofRow, unit: usize) {
+        let Unit { tree, at, n } = self.units[unit];
+        let tree = &model.trees[tree];
+        let part = Part { unit, at, n, start: self.jac.len() };
+        self.jac.resize(part.start + n, 0.0);
+        for i in 0..row.n {
+            let dof = row.dof + i - tree.dofs.start;
+            match &tree.free {
+                Some(free) => {
+                    let body = tree.bodies.start;
+                    let unit = super::dof_in_mover(free, &data.movers[body], &data.xpos[body], dof);
+                    for j in 0..6 {
+                        self.jac[part.start + j] += row.entries[i] * unit[j];
+                    }
+                }
+                None => self.jac[part.start + dof] = row.entries[i],
+            }
+        }
+        self.parts.push(Parts { parts: [part, Part::default()], count: 1, ..Parts::default() });
+        self.constraints.push(row.constraint);
+    }
+
+    /// Finds where the constraints' products go in H.
+    pub fn analyse(&mut self) {
+        self.blocks.reset(self.units.iter().map(|u| u.n));
+        for p in self.parts.iter().filter(|p| p.count == 2) {
+            self.blocks.connect(p.parts[0].unit, p.parts[1].unit);
+        }
+        self.blocks.analyse();
+        for p in &mut self.parts {
+            for i in 0..p.count {
+                p.diagonal[i] = self.blocks.place(p.parts[i].unit, p.parts[i].unit).0;
+            }
+            if p.count == 2 {
+                let swapped;
+                (p.off, swapped) = self.blocks.place(p.parts[0].unit, p.parts[1].unit);
+                p.first = usize::from(swapped);
+            }
+        }
+    }
+
+    /// Evaluates all constraints at the start of the vectors.
+    pub fn evaluate_at_start(&mut self, model: &Model, data: &Data) {
+        let (problem, vectors, constraints) = self.problem(model, data);
+        problem.multiply_j(&vectors.a, Into::X, constraints);
+        for c in constraints {
+            c.cone.cost(&c.x, &mut c.force);
+        }
+    }
+
+    /// Row k of constraint i, as parts: tree and numbers.
+    pub fn split_row(&self, i: usize, k: usize) -> Vec<(usize, &[f64])> {
+        let parts = &self.parts[i];
+        parts.parts[..parts.count].iter().map(|p| (self.units[p.unit].tree, self.row(p, k))).collect()
+    }
+
+    fn row(&self, part: &Part, k: usize) -> &[f64] {
+        &self.jac[part.start + k * part.n..][..part.n]
+    }
+
+    /// J M⁻¹ Jᵀ of the row e₀ J₀ + e₁ J₁, 1/kg.
+    fn exact_inverse(&self, model: &Model, data: &Data, parts: &Parts, e: [f64; 2]) -> f64 {
+        let mut sum = 0.0;
+        for part in &parts.parts[..parts.count] {
+            let mut row: Vec<f64> = self.row(part, 0).iter().map(|j| e[0] * j).collect();
+            if e[1] != 0.0 {
+                row.iter_mut().zip(self.row(part, 1)).for_each(|(r, j)| *r += e[1] * j);
+            }
+            let unit = &self.units[part.unit];
+            let mut divided = row.clone();
+            divide_tree(model, data, unit, &mut divided);
+            sum += dot(&row, &divided);
+        }
+        sum
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// x = M⁻¹ x for one tree.
+fn divide_tree(model: &Model, data: &Data, unit: &Unit, x: &mut [f64]) {
+    let tree = &model.trees[unit.tree];
+    if tree.free.is_some() {
+        let minv = &data.movers[tree.bodies.start].minv;
+        x.iter_mut().zip(minv.iter()).for_each(|(x, w)| *x *= w);
+    } else {
+        dynamics::solve_m(model, data, unit.tree, x);
+    }
+}
+
+/// The island as the solver sees it.
+pub struct Problem<'a> {
+    pub model: &'a Model,
+    pub data: &'a Data,
+    pub units: &'a [Unit],
+    parts: &'a [Parts],
+    jac: &'a [f64],
+    blocks: &'a mut Blocks,
+    product: &'a mut Vec<f64>,
+}
+
+impl Island {
+    /// Splits into the problem, its vectors and its constraints.
+    pub fn problem<'a>(
+        &'a mut self,
+        model: &'a Model,
+        data: &'a Data,
+    ) -> (Problem<'a>, &'a mut Vectors<Vec<f64>>, &'a mut [Constraint]) {
+        let Island { units, constraints, vectors, parts, jac, blocks, product, .. } = self;
+        (Problem { model, data, units, parts, jac, blocks, product }, vectors, constraints)
+    }
+}
+
+impl Problem<'_> {
+    /// Principal masses of a free body: kg, kg m².
+    fn masses(&self, unit: &Unit) -> Option<[f64; 6]> {
+        super::masses(&self.model.trees[unit.tree])
+    }
+    /// Inertia matrix of a tree that is not a free body.
+    fn qm(&self, unit: &Unit) -> &[f64] {
+        &self.data.qm[self.data.m_adr[unit.tree]..][..unit.n * unit.n]
+    }
+}
+
+impl Space for Problem<'_> {
+    type Vector = Vec<f64>;
+
+    fn multiply_m(&self, v: &Vec<f64>, out: &mut Vec<f64>) {
+        for unit in self.units {
+            let (v, out) = (&v[unit.at..][..unit.n], &mut out[unit.at..][..unit.n]);
+            match self.masses(unit) {
+                Some(m) => (0..6).for_each(|i| out[i] = m[i] * v[i]),
+                None => {
+                    for (out, row) in out.iter_mut().zip(self.qm(unit).chunks_exact(unit.n)) {
+                        *out = dot(row, v);
+                    }
+                }
+            }
+        }
+    }
+
+    fn divide_m(&self, v: &mut Vec<f64>) {
+        for unit in self.units {
+            divide_tree(self.model, self.data, unit, &mut v[unit.at..][..unit.n]);
+        }
+    }
+
+    fn trace_m(&self) -> f64 {
+        let trace = |unit: &Unit| match self.masses(unit) {
+            Some(m) => m.iter().sum(),
+            None => self.qm(unit).iter().step_by(unit.n + 1).sum::<f64>(),
+        };
+        self.units.iter().map(trace).sum()
+    }
+
+    fn multiply_j(&self, v: &Vec<f64>, into: Into, constraints: &mut [Constraint]) {
+        for (c, parts) in constraints.iter_mut().zip(self.parts) {
+            for k in 0..c.cone.dim {
+                let mut sum = 0.0;
+                for part in &parts.parts[..parts.count] {
+                    sum += dot(&self.jac[part.start + k * part.n..][..part.n], &v[part.at..]);
+                }
+                match into {
+                    Into::X => c.x[k] = sum + c.bias[k],
+                    Into::Y => c.y[k] = sum,
+                }
+            }
+        }
+    }
+
+    fn subtract_forces(&self, constraints: &[Constraint], g: &mut Vec<f64>) {
+        for (c, parts) in constraints.iter().zip(self.parts) {
+            for part in &parts.parts[..parts.count] {
+                for k in 0..c.cone.dim {
+                    let row = &self.jac[part.start + k * part.n..][..part.n];
+                    for (g, j) in g[part.at..].iter_mut().zip(row) {
+                        *g -= c.force[k] * j;
+                    }
+                }
+            }
+        }
+    }
+
+    fn newton(&mut self, constraints: &[Constraint], g: &Vec<f64>, p: &mut Vec<f64>) {
+        self.fill_hessian(constraints);
+        self.blocks.factor();
+        p.iter_mut().zip(g).for_each(|(p, g)| *p = -g);
+        self.blocks.divide(p);
+    }
+}
+
+impl Problem<'_> {
+    /// H = M + Jᵀ s'' J
+    fn fill_hessian(&mut self, constraints: &[Constraint]) {
+        self.blocks.values().fill(0.0);
+        for (u, unit) in self.units.iter().enumerate() {
+            let (at, _) = self.blocks.place(u, u);
+            let n = unit.n;
+            match self.masses(unit) {
+                Some(m) => (0..6).for_each(|i| self.blocks.values()[at + i * 7] = m[i]),
+                None => self.blocks.values()[at..at + n * n]
+                    .copy_from_slice(&self.data.qm[self.data.m_adr[unit.tree]..][..n * n]),
+            }
+        }
+        for (c, parts) in constraints.iter().zip(self.parts) {
+            self.add_curvature(c, parts);
+        }
+    }
+
+    /// H += Jᵀ C J of one constraint.
+    fn add_curvature(&mut self, c: &Constraint, parts: &Parts) {
+        let curvature = c.cone.curvature(&c.x);
+        if matches!(curvature, Curvature::Zero) {
+            return;
+        }
+        let dim = c.cone.dim;
+        for right in 0..parts.count {
+            let part = &parts.parts[right];
+            multiply_curvature(&curvature, &self.jac[part.start..][..dim * part.n], dim, part.n, self.product);
+            let values = self.blocks.values();
+            let own = &self.jac[part.start..][..dim * part.n];
+            add_product(&mut values[parts.diagonal[right]..], own, self.product, dim, part.n, part.n);
+            if parts.count == 2 && right != parts.first {
+                let left = &parts.parts[parts.first];
+                let other = &self.jac[left.start..][..dim * left.n];
+                add_product(&mut values[parts.off..], other, self.product, dim, left.n, part.n);
+            }
+        }
+    }
+}
+
+/// out = C J
+fn multiply_curvature(curvature: &Curvature, jac: &[f64], dim: usize, n: usize, out: &mut Vec<f64>) {
+    out.clear();
+    out.resize(dim * n, 0.0);
+    for (k, out) in out.chunks_exact_mut(n).enumerate() {
+        match curvature {
+            Curvature::Zero => {}
+            Curvature::Diagonal(d) => {
+                out.iter_mut().zip(&jac[k * n..]).for_each(|(out, j)| *out = d[k] * j);
+            }
+            Curvature::Full(full) => {
+                for (l, row) in jac.chunks_exact(n).enumerate().take(dim) {
+                    out.iter_mut().zip(row).for_each(|(out, j)| *out += full[k][l] * j);
+                }
+            }
+        }
+    }
+}
+
+/// C += Aᵀ B with A dim × ni, B dim × nj.
+fn add_product(c: &mut [f64], a: &[f64], b: &[f64], dim: usize, ni: usize, nj: usize) {
+    if (ni, nj) == (6, 6) {
+        // Free bodies, nearly always: rows of fixed length.
+        let (rows, b) = (c[..36].as_chunks_mut::<6>().0, b.as_chunks::<6>().0);
+        for (a, b) in a.as_chunks::<6>().0.iter().zip(b) {
+            for (row, factor) in rows.iter_mut().zip(a) {
+                for (value, b) in row.iter_mut().zip(b) {
+                    *value += factor * b;
+                }
+            }
+        }
+        return;
+    }
+    for k in 0..dim {
+        for i in 0..ni {
+            let factor = a[k * ni + i];
+            if factor != 0.0 {
+                for j in 0..nj {
+                    c[i * nj + j] += factor * b[k * nj + j];
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! The convex problem that MuJoCo's contact model poses, and Newton's method for it.
+//!
+//!     a = argmin ½ (a − a₀)ᵀ M (a − a₀) + Σ s(J a − a_ref)
+//!
+//! a₀ is the acceleration without constraints, s the cost of each constraint ([`cone`](super::cone)). The cost is
+//! strongly convex, so there is one minimum, whatever the start; the constraint forces are f = −∂s/∂x there.
+//!
+//! Source: MuJoCo 4.0 manual, Computation › Solver › Primal problem, Algorithms.
+
+use super::cone::{Cone, Zone};
+
+/// One cone of constraint: a contact, a joint limit, or the dry friction of a degree of freedom.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Constraint {
+    pub cone: Cone,
+    /// −a_ref: x = J a + bias.
+    pub bias: [f64; 6],
+    /// J a − a_ref at the current a, and its change J p along the search direction.
+    pub x: [f64; 6],
+    pub y: [f64; 6],
+    /// −∂s/∂x at `x`: N, N m.
+    pub force: [f64; 6],
+    pub zone: Zone,
+}
+
+/// Which of a constraint's vectors a product with J goes to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Into {
+    /// x = J v + bias
+    X,
+    /// y = J v
+    Y,
+}
+
+/// The M and J of a problem: one free body in arrays of fixed size, or an island of many bodies.
+pub trait Space {
+    type Vector: AsRef<[f64]> + AsMut<[f64]>;
+    /// out = M v
+    fn multiply_m(&self, v: &Self::Vector, out: &mut Self::Vector);
+    /// v = M⁻¹ v
+    fn divide_m(&self, v: &mut Self::Vector);
+    fn trace_m(&self) -> f64;
+    fn multiply_j(&self, v: &Self::Vector, into: Into, constraints: &mut [Constraint]);
+    /// g −= Jᵀ f
+    fn subtract_forces(&self, constraints: &[Constraint], g: &mut Self::Vector);
+    /// p = −H⁻¹ g with H = M + Jᵀ s'' J
+    fn newton(&mut self, constraints: &[Constraint], g: &Self::Vector, p: &mut Self::Vector);
+}
+
+/// Vectors of the problem: accelerations in m/s² and rad/s², forces in N and N m.
+#[derive(Clone, Debug, Default)]
+pub struct Vectors<V> {
+    /// a₀, acceleration without constraints.
+    pub smooth: V,
+    /// a; the start (warm start) on entry, the minimum at the end.
+    pub a: V,
+    /// M (a − a₀): at the minimum the constraints' generalized force.
+    pub pull: V,
+    pub gradient: V,
+    pub p: V,
+    pub mp: V,
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub struct Stop {
+    /// On gradient and predicted improvement, both divided by the trace of M; 0 means to rounding.
+    pub tolerance: f64,
+    pub iterations: usize,
+    /// Whether `a` holds a start worth trying.
+    pub warm: bool,
+}
+
+/// What a solve did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Newton iterations, each one linear system.
+    pub iterations: usize,
+    /// Norm of the gradient at the end over the trace of M, as MuJoCo reports it.
+    pub residual: f64,
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Evaluates all constraints at `a`.
+///
+/// Out: Σ s(x), and whether no constraint has moved to another piece of its cost.
+fn evaluate<S: Space>(space: &S, a: &S::Vector, constraints: &mut [Constraint]) -> (f64, bool) {
+    space.multiply_j(a, Into::X, constraints);
+    let (mut sum, mut same) = (0.0, true);
+    for c in constraints {
+        let (cost, zone) = c.cone.cost(&c.x, &mut c.force);
+        sum += cost;
+        same &= zone == c.zone;
+        c.zone = zone;
+    }
+    (sum, same)
+}
+
+/// g = M (a − a₀) − Jᵀ f; returns its norm.
+fn gradient<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Constraint]) -> f64 {
+    v.gradient.as_mut().copy_from_slice(v.pull.as_ref());
+    space.subtract_forces(constraints, &mut v.gradient);
+    dot(v.gradient.as_ref(), v.gradient.as_ref()).sqrt()
+}
+
+/// pull = M (a − a₀), by way of `p`.
+fn pull<S: Space>(space: &S, v: &mut Vectors<S::Vector>) {
+    for ((d, a), smooth) in v.p.as_mut().iter_mut().zip(v.a.as_ref()).zip(v.smooth.as_ref()) {
+        *d = a - smooth;
+    }
+    space.multiply_m(&v.p, &mut v.pull);
+}
+
+/// Minimises the cost. On return `v.a` is the minimum and `v.pull` M (a − a₀); constraints hold their forces.
+///
+/// A warm start that is good enough is taken as it is: the cost has at least the curvature M, hence
+/// cost(a) − min ≤ ½ gᵀ M⁻¹ g, and no matrix need be built. (With tolerance 0 nothing is good enough.)
+pub fn minimise<S: Space>(
+    space: &mut S,
+    v: &mut Vectors<S::Vector>,
+    constraints: &mut [Constraint],
+    stop: &Stop,
+) -> Outcome {
+    let scale = 1.0 / space.trace_m();
+    let norm;
+    if stop.warm {
+        pull(space, v);
+        let from_constraints = evaluate(space, &v.a, constraints).0;
+        let warm_norm = scale * gradient(space, v, constraints);
+        if warm_norm < stop.tolerance {
+            v.mp.as_mut().copy_from_slice(v.gradient.as_ref());
+            space.divide_m(&mut v.mp);
+            if 0.5 * scale * dot(v.gradient.as_ref(), v.mp.as_ref()) < stop.tolerance {
+                return Outcome { iterations: 0, residual: warm_norm };
+            }
+        }
+        let warm = from_constraints + 0.5 * dot(v.pull.as_ref(), v.p.as_ref());
+        let cold = evaluate(space, &v.smooth, constraints).0;
+        if warm < cold {
+            evaluate(space, &v.a, constraints);
+            norm = warm_norm;
+        } else {
+            norm = start_at_smooth(space, v, constraints) * scale;
+        }
+    } else {
+        evaluate(space, &v.smooth, constraints);
+        norm = start_at_smooth(space, v, constraints) * scale;
+    }
+    descend(space, v, constraints, stop, scale, norm)
+}
+
+/// Starts from a₀, where `constraints` have been evaluated; returns the norm of the gradient.
+fn start_at_smooth<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Constraint]) -> f64 {
+    v.a.as_mut().copy_from_slice(v.smooth.as_ref());
+    v.pull.as_mut().fill(0.0);
+    gradient(space, v, constraints)
+}
+
+/// Newton's method from `v.a`, where `constraints`, `v.pull` and `v.gradient` have been evaluated.
+fn descend<S: Space>(
+    space: &mut S,
+    v: &mut Vectors<S::Vector>,
+    constraints: &mut [Constraint],
+    stop: &Stop,
+    scale: f64,
+    mut norm: f64,
+) -> Outcome {
+    let exact = stop.tolerance == 0.0;
+    let (mut iterations, mut same, mut last) = (0, false, f64::INFINITY);
+    while iterations < stop.iterations && !(norm < stop.tolerance || norm == 0.0) {
+        space.newton(constraints, &v.gradient, &mut v.p);
+        iterations += 1;
+        // gᵀ H⁻¹ g: twice the improvement that the step promises. Below zero, or small and no longer shrinking on the
+        // same pieces of the cost, it is rounding.
+        let promise = -dot(v.gradient.as_ref(), v.p.as_ref());
+        let stuck = same && promise > 0.25 * last && scale * promise < ROUNDING;
+        if promise.is_nan() || promise <= 0.0 || (exact && stuck) {
+            break;
+        }
+        let alpha = line_search(space, v, constraints, promise);
+        for (a, p) in v.a.as_mut().iter_mut().zip(v.p.as_ref()) {
+            *a += alpha * p;
+        }
+        same = evaluate(space, &v.a, constraints).1;
+        pull(space, v);
+        norm = scale * gradient(space, v, constraints);
+        if 0.5 * scale * promise < stop.tolerance {
+            break;
+        }
+        last = promise;
+    }
+    Outcome { iterations, residual: norm }
+}
+
+/// Step length α that minimises the cost along p: 1 on a quadratic piece.
+///
+///     φ'(α) = pᵀ M (a + α p − a₀) + Σ ∂s(x + α y)/∂α = 0
+///
+/// φ' only grows, so Newton's method within a bracket finds its zero. One percent of φ'(0) is near enough: the
+/// outer iteration does the rest.
+fn line_search<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint], promise: f64) -> f64 {
+    space.multiply_j(&v.p, Into::Y, constraints);
+    space.multiply_m(&v.p, &mut v.mp);
+    let linear = dot(v.p.as_ref(), v.pull.as_ref());
+    let square = dot(v.p.as_ref(), v.mp.as_ref());
+    let slope = |alpha: f64| {
+        let (mut first, mut second) = (linear + alpha * square, square);
+        for c in constraints.iter() {
+            let (f, s) = c.cone.along(&c.x, &c.y, alpha);
+            first += f;
+            second += s;
+        }
+        (first, second)
+    };
+    let (mut low, mut high, mut alpha) = (0.0, f64::INFINITY, 1.0);
+    for _ in 0..MAX_LINE_SEARCH {
+        let (first, second) = slope(alpha);
+        if first.abs() <= LINE_SEARCH_TOLERANCE * promise {
+            break;
+        }
+        if first < 0.0 {
+            low = alpha;
+        } else {
+            high = alpha;
+        }
+        let next = alpha - first / second;
+        alpha = if next > low && next < high { next } else { 0.5 * (low + high.min(2.0 * low + 1.0)) };
+        if !(low < alpha && alpha < high) {
+            break;
+        }
+    }
+    alpha
+}
+
+/// Promised improvements, in (m/s²)², that may be rounding: Newton's method cannot be slow so near the minimum.
+const ROUNDING: f64 = 1e-12;
+const MAX_LINE_SEARCH: usize = 50;
+const LINE_SEARCH_TOLERANCE: f64 = 0.01;

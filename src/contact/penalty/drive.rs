@@ -1,0 +1,129 @@
+//! What drives one contact: reference, softness and limits, the same for lone bodies and coupled trees.
+
+use crate::contact::impedance::{Reference, clamp, impedance, regularisation};
+use crate::data::Contact;
+use crate::forward::Method;
+use crate::model::{Cone, Mix, Model};
+
+/// ε of friction under an implicit integrator.
+const IMPLICIT_SLIP: f64 = 1e-3;
+
+/// What all contacts of a mix have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Recipe {
+    pub dim: usize,
+    /// Normal force per largest force or torque along each friction row: two sliding (1), spinning (1/m), two
+    /// rolling (1/m).
+    pub per_limit: [f64; 5],
+    solimp: [f64; 5],
+    spring: Reference,
+    margin: f64,
+    /// What MuJoCo's pyramid does to R at rest; 1 for other contacts.
+    stiffening: f64,
+}
+
+/// One recipe per mix of the model, for one timestep.
+#[derive(Clone, Debug, Default)]
+pub struct Recipes {
+    timestep: f64,
+    all: Vec<Recipe>,
+}
+
+impl Recipes {
+    /// Computes the recipes anew if there are none yet or the timestep has changed.
+    pub fn refresh(&mut self, model: &Model, timestep: f64) {
+        if self.timestep != timestep || self.all.len() != model.mixes.len() {
+            self.timestep = timestep;
+            self.all.clear();
+            self.all.extend(model.mixes.iter().map(|mix| Recipe::new(mix, model, timestep)));
+        }
+    }
+
+    #[inline]
+    pub fn of(&self, contact: &Contact) -> &Recipe {
+        &self.all[contact.mix as usize]
+    }
+}
+
+impl Recipe {
+    fn new(mix: &Mix, model: &Model, timestep: f64) -> Recipe {
+        let solimp = clamp(&mix.solimp);
+        let mu2 = mix.friction[0] * mix.friction[0];
+        let pyramid = model.opt.cone == Cone::Pyramidal && mix.condim > 1;
+        Recipe {
+            dim: mix.condim,
+            per_limit: mix.friction.map(|mu| 1.0 / mu),
+            solimp,
+            spring: Reference::new(&mix.solref, &solimp, timestep, model.opt.flags.refsafe),
+            margin: mix.margin,
+            stiffening: if pyramid { mu2 / model.opt.impratio * (1.0 + mu2) / (mix.condim - 1) as f64 } else { 1.0 },
+        }
+    }
+
+    /// The acceleration that spring and damper ask for (m/s²), and the softness R (1/kg).
+    ///
+    /// In: `velocity` along the normal, m/s; `inverse_mass` A of the normal row or MuJoCo's estimate of it, 1/kg.
+    #[inline]
+    pub fn normal(&self, dist: f64, velocity: f64, inverse_mass: f64) -> (f64, f64) {
+        let r = dist - self.margin;
+        let d = impedance(&self.solimp, r);
+        (self.spring.acceleration(d, r, velocity), regularisation(d, inverse_mass) * self.stiffening)
+    }
+}
+
+/// MuJoCo's estimate of a contact's inverse mass: that of its two bodies in `qpos0`, 1/kg.
+#[inline]
+pub fn inverse_mass(model: &Model, contact: &Contact) -> f64 {
+    let of = |side: usize| model.bodies[model.geoms[contact.geom[side] as usize].body].invweight0[0];
+    of(0) + of(1)
+}
+
+/// The next force of one piece of friction; see the law's description.
+///
+/// In: `normal` force; `per_limit` of the piece's rows, normal force per largest force; `stiff` = 1/λ, the inverse of
+///     the largest eigenvalue of their block of A (kg or kg m²); `force`, `velocity` and `acceleration` along them.
+#[inline]
+pub fn friction<const N: usize>(
+    method: &Method,
+    normal: f64,
+    per_limit: [f64; N],
+    stiff: f64,
+    force: [f64; N],
+    velocity: [f64; N],
+    acceleration: [f64; N],
+) -> [f64; N] {
+    let gain = stiff / method.timestep;
+    let mut next: [f64; N] = if method.integrator.implicit {
+        velocity.map(|v| -v * gain / IMPLICIT_SLIP)
+    } else {
+        std::array::from_fn(|k| force[k] - velocity[k] * gain - acceleration[k] * stiff)
+    };
+    // Inside the ellipse with half-axes limit · normal, or on it.
+    let share2: f64 = (0..N).map(|k| (next[k] * per_limit[k]) * (next[k] * per_limit[k])).sum();
+    if share2 > normal * normal {
+        let scale = normal / share2.sqrt();
+        next = next.map(|f| f * scale);
+    }
+    next
+}
+
+/// The entries of one piece.
+#[inline]
+pub fn piece<const N: usize>(x: &[f64], first: usize) -> [f64; N] {
+    std::array::from_fn(|k| x[first + k])
+}
+
+/// Largest eigenvalue of A on the sliding, spinning and rolling rows, as far as there are any.
+///
+/// In: `a(k, l)` the element of A between rows k and l.
+#[inline]
+pub fn eigenvalues(dim: usize, a: impl Fn(usize, usize) -> f64) -> [f64; 3] {
+    let pair = |k: usize| largest_eigenvalue(a(k, k), a(k + 1, k + 1), a(k, k + 1));
+    [if dim >= 3 { pair(1) } else { 0.0 }, if dim >= 4 { a(3, 3) } else { 0.0 }, if dim >= 6 { pair(4) } else { 0.0 }]
+}
+
+/// Largest eigenvalue of the symmetric matrix with diagonal `a`, `b` and off-diagonal `off`.
+#[inline]
+fn largest_eigenvalue(a: f64, b: f64, off: f64) -> f64 {
+    0.5 * (a + b) + (0.25 * (a - b) * (a - b) + off * off).sqrt()
+}

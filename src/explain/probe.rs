@@ -1,0 +1,143 @@
+//! The largest stable timestep, measured: a point on a contact's spring, with each law and integrator as they are.
+//!
+//! A formula would be another one for each integrator and law (`constants::semi_implicit_limit` is one). Instead a
+//! small scene is simulated: one body that can only move along the normal, at rest on a plane with the contact's
+//! parameters, displaced by a nanometre or less. If that displacement grows, the step is too large.
+
+use crate::contact::constants::Spring;
+use crate::data::Data;
+use crate::explain::Touch;
+use crate::forward::{Method, forward, step};
+use crate::model::{Cone, Model};
+use crate::state::State;
+
+/// Timesteps above this are not tried, s.
+pub const LARGEST: f64 = 1.0;
+const STEPS: usize = 3000;
+/// So many steps in a row near rest are enough.
+const CALM: usize = 30;
+/// m
+const DISPLACEMENT: f64 = 1e-9;
+/// Rest depth below which a contact counts as rigid, m.
+const RIGID: f64 = 1e-12;
+/// m/s²; the weight decides how deep it rests, and with it the impedance.
+const GRAVITY: f64 = 9.81;
+
+/// The largest timestep at which the pair does not shake itself apart under the law and integrator of `method`;
+/// [`LARGEST`] where none is too large.
+///
+/// Out: s.
+pub fn largest_timestep(model: &Model, method: &Method, touch: &Touch) -> Option<f64> {
+    let scene = scene(model, method, touch)?;
+    let stable = |h: f64| stable(&scene, &Method { timestep: h, ..*method });
+    // REFSAFE softens contacts as the step grows, so stability can come back: look for the first step that fails.
+    let mut good = certain(model, method, touch);
+    let mut bad = loop {
+        let next = good * 1.25;
+        if next >= LARGEST {
+            return Some(LARGEST);
+        }
+        if !stable(next) {
+            break next;
+        }
+        good = next;
+    };
+    while bad / good > 1.005 {
+        let middle = (good * bad).sqrt();
+        if stable(middle) { good = middle } else { bad = middle }
+    }
+    Some(good)
+}
+
+/// A timestep at which every integrator is stable: a small part of the time scales of spring and damper, s.
+fn certain(model: &Model, method: &Method, touch: &Touch) -> f64 {
+    let [soft, hard] = touch.springs(model, method.timestep);
+    let point = touch.tutorial_spring(model, method.timestep);
+    let scale = |s: &Spring| (1.0 / s.omega()).min(s.mass / s.c).min(s.c / s.k);
+    [soft, hard, Spring { mass: touch.lightest, ..point }].iter().map(scale).fold(LARGEST, f64::min) * 0.02
+}
+
+/// The body on its spring. `None` if the pair cannot be put so (nothing of it moves).
+fn scene(model: &Model, method: &Method, touch: &Touch) -> Option<Model> {
+    let mix = &model.mixes[touch.mix];
+    // The tutorial's k and c belong to a point, the others' to a body.
+    let mass = if method.contact.name == "tutorial" { touch.lightest } else { touch.mass };
+    let cone = if model.opt.cone == Cone::Elliptic { "elliptic" } else { "pyramidal" };
+    let join = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    let numeric = |name: &str, value: Option<f64>| {
+        value.map(|v| format!(r#"<numeric name="penny.{name}" data="{v}"/>"#)).unwrap_or_default()
+    };
+    let tutorial = &model.tutorial;
+    let text = format!(
+        r#"<mujoco>
+          <option gravity="0 0 -{GRAVITY}" cone="{cone}" impratio="{}"><flag refsafe="{}"/></option>
+          <custom>{}{}{}</custom>
+          <default><geom condim="{}" friction="{}" solref="{}" solimp="{}"/></default>
+          <worldbody>
+            <geom type="plane" size="1 1 1"/>
+            <body pos="0 0 0.01"><joint type="slide" axis="0 0 1"/><geom type="sphere" size="0.01" mass="{mass}"/></body>
+          </worldbody>
+        </mujoco>"#,
+        model.opt.impratio,
+        if model.opt.flags.refsafe { "enable" } else { "disable" },
+        numeric("k", tutorial.k),
+        numeric("c", tutorial.c),
+        numeric("alpha", tutorial.alpha),
+        mix.condim,
+        join(&[mix.friction[0], mix.friction[2], mix.friction[3]]),
+        join(&mix.solref),
+        join(&mix.solimp),
+    );
+    crate::parse("probe.xml", &text).ok().map(|scene| scene.model)
+}
+
+/// Whether a displacement from rest does not grow.
+///
+/// A contact so rigid that it rests no deeper than [`RIGID`], or than a small part of a step's fall g h², cannot be
+/// displaced within the contact: it leaves it and falls back. It is stable if it goes no higher than a few falls.
+fn stable(scene: &Model, method: &Method) -> bool {
+    let mut state = State::new(scene);
+    let mut data = Data::new(scene);
+    let rest = rest(scene, method, &mut state, &mut data);
+    let fall = GRAVITY * method.timestep * method.timestep;
+    let (displacement, bound) = if -rest < RIGID.max(1e-4 * fall) {
+        (fall, 10.0 * fall.max(RIGID))
+    } else {
+        let small = DISPLACEMENT.min(-0.01 * rest);
+        (small, 2.0 * small)
+    };
+    state.qpos[0] = rest + displacement;
+    let (mut highest, mut calm) = (0.0, 0);
+    for i in 0..STEPS {
+        if step(scene, method, &mut state, &mut data).is_err() {
+            return false;
+        }
+        // Upwards only: a slow fall into the contact may be deep and is no sign of anything.
+        let now = state.qpos[0] - rest;
+        if i >= STEPS / 2 {
+            highest = f64::max(highest, now);
+        }
+        calm = if now.abs() < 0.1 * displacement { calm + 1 } else { 0 };
+        if calm == CALM {
+            return true;
+        }
+        if now > 1e3 * bound {
+            return false;
+        }
+    }
+    highest < bound
+}
+
+/// Where the law holds the weight: qpos at which nothing accelerates, by bisection.
+fn rest(scene: &Model, method: &Method, state: &mut State, data: &mut Data) -> f64 {
+    let (mut low, mut high) = (-1e3, 0.0);
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            return middle;
+        }
+        state.qpos[0] = middle;
+        forward(scene, method, state, data);
+        if data.qacc[0] > 0.0 { low = middle } else { high = middle }
+    }
+}

@@ -1,0 +1,296 @@
+//! The tree of bodies: frames unfolded, joints and geoms with their classes' values.
+
+use super::defaults::{MAIN, ORIENTATIONS, Values};
+use super::document::NodeId;
+use super::error::{Problem, ProblemKind};
+use super::item::Item;
+use super::read::Reader;
+use super::schema;
+use super::spec::*;
+
+/// What surrounds an element.
+#[derive(Clone, Copy)]
+pub struct Context<'a> {
+    /// The class of elements that name none.
+    pub class: &'a str,
+    /// The `<frame>`s between the body and the element, outermost first.
+    pub frames: &'a [Pose],
+    /// 0 in the world.
+    pub depth: usize,
+}
+
+impl Reader<'_> {
+    /// What stands in a body or in one of its frames.
+    pub fn children(&mut self, node: NodeId, body: &mut Body, context: &Context) {
+        for &child in &self.document.node(node).children {
+            match self.document.node(child).name.as_str() {
+                "body" => {
+                    if let Some(child) = self.body(child, context) {
+                        body.children.push(child);
+                    }
+                }
+                "frame" => self.frame(child, body, context),
+                "inertial" | "joint" | "freejoint" if context.depth == 0 => {
+                    let element = self.document.node(child).name.clone();
+                    let kind = ProblemKind::NotInWorld { element };
+                    let problem = Problem::new(kind, self.document.span(child));
+                    self.problems.push(problem.help("put it into a `<body>`"));
+                }
+                "inertial" => body.inertial = self.inertial(child, context).or(body.inertial.take()),
+                "joint" => self.joint(child, body, context),
+                "freejoint" => self.freejoint(child, body, context),
+                "geom" => {
+                    if let Some(geom) = self.geom(child, body.node, context) {
+                        body.geoms.push(geom);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn body(&mut self, node: NodeId, context: &Context) -> Option<Body> {
+        let item = self.item(node, "body", MAIN)?;
+        let mut body = Body {
+            node,
+            name: item.name(),
+            pose: item.pose(context.frames),
+            mocap: item.yes("mocap"),
+            gravcomp: item.number("gravcomp"),
+            ..Body::default()
+        };
+        let class = Some(item.word("childclass")).filter(|c| !c.is_empty()).unwrap_or(context.class);
+        self.children(node, &mut body, &Context { class, frames: &[], depth: context.depth + 1 });
+        Some(body)
+    }
+
+    fn frame(&mut self, node: NodeId, body: &mut Body, context: &Context) {
+        let Some(item) = self.item(node, "body", MAIN) else {
+            return;
+        };
+        let mut frames = context.frames.to_vec();
+        frames.push(item.pose(&[]));
+        let own = [item.word("childclass"), item.word("class")].into_iter().find(|c| !c.is_empty());
+        let class = own.unwrap_or(context.class);
+        self.children(node, body, &Context { class, frames: &frames, depth: context.depth });
+    }
+
+    fn inertial(&mut self, node: NodeId, context: &Context) -> Option<Inertial> {
+        let item = self.item(node, "body", MAIN)?;
+        if item.given("fullinertia") {
+            let other = ["diaginertia"].into_iter().chain(ORIENTATIONS).find(|name| item.given(name));
+            if let Some(other) = other {
+                self.conflict(node, "fullinertia", other, "`fullinertia` needs neither principal moments nor axes");
+            }
+        }
+        Some(Inertial {
+            node,
+            pos: item.array("pos"),
+            orientation: item.orientation(),
+            mass: item.number("mass"),
+            diaginertia: item.optional("diaginertia"),
+            fullinertia: item.optional("fullinertia"),
+            frames: context.frames.to_vec(),
+        })
+    }
+
+    fn joint(&mut self, node: NodeId, body: &mut Body, context: &Context) {
+        let Some(item) = self.item(node, "body", context.class) else {
+            return;
+        };
+        let kind = match item.word("type") {
+            "free" => JointKind::Free,
+            "ball" => JointKind::Ball,
+            "slide" => JointKind::Slide,
+            _ => JointKind::Hinge,
+        };
+        for name in ["stiffness", "damping"] {
+            if item.numbers(name)[1..].iter().any(|&c| c != 0.0) {
+                let lost = "only its first coefficient would count";
+                let kind = ProblemKind::Unsupported { name: name.into(), lost: lost.into() };
+                self.problems.push(Problem::new(kind, self.document.value_span(node, name)).help("give one number"));
+            }
+        }
+        if kind != JointKind::Free {
+            self.limits(&item);
+        }
+        let joint = Joint {
+            node,
+            name: item.name(),
+            kind,
+            pos: item.array("pos"),
+            axis: item.array("axis"),
+            springref: item.number("springref"),
+            reference: item.number("ref"),
+            stiffness: item.number("stiffness"),
+            damping: item.number("damping"),
+            armature: item.number("armature"),
+            frictionloss: item.number("frictionloss"),
+            range: item.optional("range"),
+            limited: item.maybe("limited"),
+            margin: item.number("margin"),
+            solreflimit: item.array("solreflimit"),
+            solimplimit: item.array("solimplimit"),
+            solreffriction: item.array("solreffriction"),
+            solimpfriction: item.array("solimpfriction"),
+            frames: context.frames.to_vec(),
+        };
+        self.add_joint(joint, body, context);
+    }
+
+    /// A free joint takes nothing from the joints' default classes.
+    fn freejoint(&mut self, node: NodeId, body: &mut Body, context: &Context) {
+        let (Some(item), Some(row)) = (self.item(node, "body", MAIN), schema::find("body", "joint")) else {
+            return;
+        };
+        if item.maybe("align") == Some(true) {
+            let lost = "the body would keep its frame".to_string();
+            let kind = ProblemKind::Unsupported { name: "align".into(), lost };
+            self.problems.push(Problem::new(kind, self.document.name_span(node, "align")).help("leave it out"));
+        }
+        let plain = Item { node, row, values: Values::new() };
+        let joint = Joint {
+            node,
+            name: item.name(),
+            kind: JointKind::Free,
+            pos: [0.0; 3],
+            axis: plain.array("axis"),
+            springref: 0.0,
+            reference: 0.0,
+            stiffness: 0.0,
+            damping: 0.0,
+            armature: 0.0,
+            frictionloss: 0.0,
+            range: None,
+            limited: None,
+            margin: 0.0,
+            solreflimit: plain.array("solreflimit"),
+            solimplimit: plain.array("solimplimit"),
+            solreffriction: plain.array("solreffriction"),
+            solimpfriction: plain.array("solimpfriction"),
+            frames: context.frames.to_vec(),
+        };
+        self.add_joint(joint, body, context);
+    }
+
+    fn add_joint(&mut self, joint: Joint, body: &mut Body, context: &Context) {
+        let span = self.document.span(joint.node);
+        if joint.kind == JointKind::Free && context.depth > 1 {
+            let problem = Problem::new(ProblemKind::FreeJointNested, span);
+            let outer = self.document.span(body.node);
+            self.problems.push(problem.related(outer, "this body stands in another body"));
+        }
+        if let Some(first) = body.joints.first() {
+            let first_span = self.document.span(first.node);
+            if joint.kind == JointKind::Free || first.kind == JointKind::Free {
+                let problem = Problem::new(ProblemKind::FreeJointNotAlone, span);
+                self.problems.push(problem.related(first_span, "first joint here"));
+            }
+        }
+        body.joints.push(joint);
+    }
+
+    // Geoms.
+
+    fn geom(&mut self, node: NodeId, body: NodeId, context: &Context) -> Option<Geom> {
+        let item = self.item(node, "body", context.class)?;
+        let kind = self.geom_kind(&item, body, context)?;
+        if item.given("fromto") {
+            self.fromto(&item);
+        }
+        let size: Vec<f64> = item.numbers("size");
+        Some(Geom {
+            node,
+            name: item.name(),
+            kind,
+            pose: item.pose(context.frames),
+            fromto: item.optional("fromto"),
+            size,
+            mass: item.optional::<1>("mass").map(|[mass]| mass),
+            density: item.number("density"),
+            shellinertia: item.yes("shellinertia"),
+            contype: item.integer("contype") as u32,
+            conaffinity: item.integer("conaffinity") as u32,
+            condim: item.integer("condim").max(0) as usize,
+            group: item.integer("group"),
+            priority: item.integer("priority"),
+            friction: item.array("friction"),
+            solmix: item.number("solmix"),
+            solref: item.array("solref"),
+            solimp: item.array("solimp"),
+            margin: item.number("margin"),
+            gap: item.number("gap"),
+            rgba: item.array::<4>("rgba").map(|c| c as f32),
+        })
+    }
+
+    /// The shape; `None` for one that Penny lacks, which is an error unless the geom is only there to be seen.
+    fn geom_kind(&mut self, item: &Item, body: NodeId, context: &Context) -> Option<GeomKind> {
+        let name = item.word("type");
+        let kind = match name {
+            "plane" => Some(GeomKind::Plane),
+            "sphere" => Some(GeomKind::Sphere),
+            "capsule" => Some(GeomKind::Capsule),
+            "ellipsoid" => Some(GeomKind::Ellipsoid),
+            "cylinder" => Some(GeomKind::Cylinder),
+            "box" => Some(GeomKind::Box),
+            _ => None,
+        };
+        // A simple shape with a `mesh` takes its size from that mesh.
+        if kind.is_some() && !item.given("mesh") {
+            return kind;
+        }
+        let lost = if item.integer("contype") != 0 || item.integer("conaffinity") != 0 {
+            "nothing would touch it"
+        } else if !self.is_weightless(item, body, context) {
+            "its mass and inertia would be missing"
+        } else {
+            return None;
+        };
+        let (attribute, name) = if kind.is_some() { ("mesh", "mesh") } else { ("type", name) };
+        let kind = ProblemKind::Unsupported { name: name.into(), lost: lost.into() };
+        let span = self.document.value_span(item.node, attribute);
+        let help = "use a plane, sphere, capsule, ellipsoid, cylinder or box";
+        self.problems.push(Problem::new(kind, span).help(help));
+        None
+    }
+
+    /// Whether the geom's mass counts nowhere: it has none, or it is fixed, or `<inertial>` says it all.
+    fn is_weightless(&self, item: &Item, body: NodeId, context: &Context) -> bool {
+        let none = |name: &str| item.given(name) && item.number(name) == 0.0;
+        let children = &self.document.node(body).children;
+        let inertial = children.iter().any(|&child| self.document.node(child).name == "inertial");
+        let replaced = inertial && self.inertiafromgeom != Some(true);
+        context.depth == 0 || none("mass") || none("density") || replaced
+    }
+
+    fn fromto(&mut self, item: &Item) {
+        let node = item.node;
+        if item.array("pos") != [0.0; 3] {
+            self.conflict(node, "fromto", "pos", "`fromto` says where the geom is");
+        }
+        let own = ORIENTATIONS.iter().find(|name| self.document.attribute(node, name).is_some());
+        if let (Some(name), Some(_)) = (own, self.document.attribute(node, "fromto")) {
+            self.report(ProblemKind::OrientationLost, self.document.name_span(node, name));
+        }
+    }
+
+    fn conflict(&mut self, node: NodeId, one: &str, other: &str, help: &str) {
+        let element = self.document.node(node).name.clone();
+        let kind = ProblemKind::Conflict { element, one: one.into(), other: other.into() };
+        self.problems.push(Problem::new(kind, self.document.name_span(node, other)).help(help));
+    }
+
+    /// A range that must limit has to increase; one that may limit and does not increase is lost.
+    fn limits(&mut self, item: &Item) {
+        let [low, high] = item.array("range");
+        let own = self.document.attribute(item.node, "range").is_some();
+        let (kind, help) = match item.maybe("limited") {
+            Some(true) if !item.given("range") => (ProblemKind::LimitedWithoutRange, "add `range=\"low high\"`"),
+            Some(true) if low >= high => (ProblemKind::RangeEmpty { low, high }, "give the smaller number first"),
+            None if low > high && own => (ProblemKind::RangeLost, "give the smaller number first"),
+            _ => return,
+        };
+        self.problems.push(Problem::new(kind, self.document.value_span(item.node, "range")).help(help));
+    }
+}

@@ -1,0 +1,95 @@
+//! What `penny explain` says, against closed forms.
+
+use penny::contact::{self, constants};
+use penny::explain::{self, Touch, probe};
+use penny::forward::Method;
+use penny::integrate;
+use penny::model::Model;
+
+/// A ball of 2 kg over a plane, with this solref and custom section.
+fn ball(solref: &str, custom: &str) -> Model {
+    let text = format!(
+        r#"<mujoco><option cone="elliptic"/><custom>{custom}</custom>
+           <default><geom solref="{solref}" solimp="0.95 0.95 0.001"/></default>
+           <worldbody>
+             <geom type="plane" size="1 1 1"/>
+             <body pos="0 0 0.2"><freejoint/><geom size="0.1" mass="2"/></body>
+           </worldbody></mujoco>"#
+    );
+    penny::parse("ball.xml", &text).unwrap_or_else(|e| panic!("{e}")).model
+}
+
+fn method(law: &str, integrator: &str) -> Method {
+    Method {
+        contact: contact::by_name(law).expect("a law"),
+        integrator: integrate::by_name(integrator).expect("an integrator"),
+        timestep: 0.002,
+        rounds: 1,
+    }
+}
+
+fn only_touch(model: &Model) -> Touch {
+    let touches = explain::touches(model, &method("penalty", "semi-implicit-euler"));
+    assert_eq!(touches.len(), 1);
+    touches[0].clone()
+}
+
+#[test]
+fn a_ball_on_the_ground_means_mujocos_spring() {
+    let (tau, zeta, m): (f64, f64, f64) = (0.1, 0.2, 2.0);
+    let touch = only_touch(&ball("0.1 0.2", ""));
+    let [spring, _] = touch.springs(&ball("0.1 0.2", ""), 0.002);
+    // Roundings of a few multiplications.
+    assert!((touch.mass - m).abs() < 1e-12 && (touch.estimate - 1.0).abs() < 1e-12);
+    assert!((spring.k - m / (tau * zeta).powi(2)).abs() < 1e-9 * spring.k);
+    assert!((spring.c - 2.0 * m / tau).abs() < 1e-12 * spring.c);
+    let depth = touch.rest_depth(&ball("0.1 0.2", ""), 0.002);
+    assert!((depth - 0.05 * 9.81 * (tau * zeta).powi(2)).abs() < 1e-12 * depth.max(1e-3), "{depth}");
+}
+
+#[test]
+fn a_box_means_four_points_and_a_planar_body_its_own_estimate() {
+    let scene = |joints: &str| {
+        let text = format!(
+            r#"<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+               <body pos="0 0 0.2">{joints}<geom type="box" size="0.2 0.1 0.1" mass="3"/></body></worldbody></mujoco>"#
+        );
+        only_touch(&penny::parse("box.xml", &text).unwrap_or_else(|e| panic!("{e}")).model)
+    };
+    let free = scene("<freejoint/>");
+    assert_eq!((free.points, free.rests), (4, true));
+    assert!((free.mass - 3.0).abs() < 1e-12 && (free.estimate - 1.0).abs() < 1e-12);
+    // A corner at (a, b) from the centre: A = 1/m + b²/Ix + a²/Iy, I = m/3 (…): 1/m (1 + 3 b²/(b²+c²) + 3 a²/(a²+c²)).
+    let a = (1.0 + 3.0 * 0.01 / 0.02 + 3.0 * 0.04 / 0.05) / 3.0;
+    assert!((free.lightest - 1.0 / (4.0 * a)).abs() < 1e-12, "{}", free.lightest);
+    let slides = r#"<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>"#;
+    let planar = scene(&format!("{slides}<joint axis='0 1 0'/>"));
+    // MuJoCo's mean over three directions knows that one of them is fixed: 2/(3m) instead of 1/m.
+    assert!((planar.mass - 3.0).abs() < 1e-12 && (planar.estimate - 2.0 / 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn the_measured_timestep_limit_is_the_closed_form() {
+    for (solref, zeta) in [("0.1 0.2", 0.2), ("-2500 -20", 0.2), ("-2500 -100", 1.0)] {
+        let model = ball(solref, "");
+        let touch = only_touch(&model);
+        let [spring, _] = touch.springs(&model, 0.002);
+        assert!((spring.zeta() / zeta - 1.0).abs() < 0.03, "{spring:?}");
+        let limit = |name: &str| probe::largest_timestep(&model, &method("penalty", name), &touch).expect("a limit");
+        // The search stops at 0.5 %; growth so close to the limit takes longer than the steps it looks at.
+        let close = |a: f64, b: f64| (a / b - 1.0).abs() < 0.02;
+        let semi = constants::semi_implicit_limit(spring.omega(), spring.zeta());
+        assert!(close(limit("semi-implicit-euler"), semi), "{solref}: {} for {semi}", limit("semi-implicit-euler"));
+        let explicit = 2.0 * spring.zeta().min(1.0) / spring.omega();
+        assert!(close(limit("explicit-euler"), explicit), "{solref}: {} for {explicit}", limit("explicit-euler"));
+        assert_eq!(limit("implicit-euler"), probe::LARGEST, "{solref}");
+    }
+}
+
+#[test]
+fn the_tutorials_spring_is_a_point_of_what_the_scene_says() {
+    let model = ball("0.02 1", r#"<numeric name="penny.k" data="5000"/><numeric name="penny.c" data="40"/>"#);
+    let spring = only_touch(&model).tutorial_spring(&model, 0.002);
+    assert_eq!((spring.k, spring.c), (5000.0, 40.0));
+    assert!((spring.omega() - 50.0).abs() < 1e-12 && (spring.zeta() - 0.2).abs() < 1e-12);
+}

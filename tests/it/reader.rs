@@ -1,0 +1,354 @@
+//! The reader: it knows all names of MJCF 4.0.0, and what it reads means what MuJoCo reads.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use penny::mjcf::schema::{self, Kind, Status};
+use penny::mjcf::spec::{self, GeomKind};
+use penny::mjcf::{self, Spec};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+/// A row of MuJoCo's own schema.
+#[derive(Deserialize)]
+struct Row {
+    element: String,
+    parents: Vec<String>,
+    attributes: Vec<String>,
+}
+
+fn rows() -> Vec<Row> {
+    serde_json::from_str(include_str!("../golden/names.json")).unwrap()
+}
+
+/// Elements whose content is not looked at: they are refused as a whole.
+fn refused(element: &str) -> bool {
+    let opaque = |row: &schema::Element| row.silent == "*" || matches!(row.status, Status::Unsupported(..));
+    schema::SCHEMA.iter().filter(|row| row.is(element)).all(opaque)
+}
+
+#[test]
+fn every_name_of_mjcf_is_known() {
+    let mut unknown = Vec::new();
+    for row in rows() {
+        // `instance` stands only in the plugins of `extension`, which is refused.
+        for parent in row.parents.iter().filter(|_| row.element != "instance").filter(|parent| !refused(parent)) {
+            let place = format!("{parent}/{}", row.element);
+            let Some(known) = schema::find(parent, &row.element) else {
+                unknown.push(place);
+                continue;
+            };
+            for name in &row.attributes {
+                let in_place =
+                    known.attribute(name).map(|a| parent != "default" || row.element == "default" || a.in_default);
+                if !in_place.unwrap_or(known.is_silent(name)) {
+                    unknown.push(format!("{place} {name}"));
+                }
+            }
+        }
+    }
+    assert!(unknown.is_empty(), "valid names that Penny would call unknown:\n{}", unknown.join("\n"));
+}
+
+#[test]
+fn no_name_is_invented() {
+    // What MuJoCo's schema does not list: what it expands before looking at the schema, and what it has removed.
+    let outside = ["include", "frame", "replicate", "composite", "worldbody"];
+    let theirs: BTreeSet<(String, String)> =
+        rows().into_iter().flat_map(|row| row.attributes.into_iter().map(move |a| (row.element.clone(), a))).collect();
+    let mut invented = Vec::new();
+    for row in schema::SCHEMA.iter().filter(|row| row.silent != "*") {
+        for element in row.names.split_whitespace().filter(|e| !outside.contains(e)) {
+            // Sensors share one row, so a name counts if any of them has it.
+            let family: Vec<&str> = row.names.split_whitespace().collect();
+            for name in row.attribute_names() {
+                if !family.iter().any(|e| theirs.contains(&(e.to_string(), name.to_string()))) {
+                    invented.push(format!("{element} {name}"));
+                }
+            }
+        }
+    }
+    assert!(invented.is_empty(), "names that MuJoCo refuses:\n{}", invented.join("\n"));
+}
+
+#[test]
+fn every_default_of_the_schema_fits_its_own_column() {
+    for row in schema::SCHEMA {
+        for column in row.typed_attributes() {
+            let words: Vec<&str> = column.default.split_whitespace().collect();
+            let fits = match column.kind {
+                Kind::Keyword(words) => words.contains(&column.default),
+                Kind::Numbers(_, max) => words.len() <= max && words.iter().all(|w| w.parse::<f64>().is_ok()),
+                Kind::Integers(_, max) => words.len() <= max && words.iter().all(|w| w.parse::<i32>().is_ok()),
+                _ => true,
+            };
+            assert!(fits, "{} {}: {:?}", row.names, column.name, column.default);
+        }
+    }
+}
+
+/// What MuJoCo reads from a file in tests/mjcf/good.
+#[derive(Deserialize)]
+struct Golden {
+    name: String,
+    option: BTreeMap<String, Value>,
+    body: Vec<String>,
+    geom: BTreeMap<String, Value>,
+    joint: BTreeMap<String, Value>,
+    dof: BTreeMap<String, Value>,
+    pair: BTreeMap<String, Value>,
+    actuator: BTreeMap<String, Value>,
+    numeric: BTreeMap<String, Value>,
+    text: BTreeMap<String, String>,
+    key: BTreeMap<String, Value>,
+}
+
+fn goldens() -> Vec<Golden> {
+    serde_json::from_str(include_str!("../golden/reader.json")).unwrap()
+}
+
+fn read(name: &str) -> mjcf::Loaded {
+    let path = Path::new("tests/mjcf/good").join(name);
+    mjcf::load(&path).unwrap_or_else(|failure| panic!("{failure}"))
+}
+
+/// Bodies in depth-first order, the world first.
+fn bodies(spec: &Spec) -> Vec<&spec::Body> {
+    fn walk<'a>(body: &'a spec::Body, all: &mut Vec<&'a spec::Body>) {
+        all.push(body);
+        body.children.iter().for_each(|child| walk(child, all));
+    }
+    let mut all = Vec::new();
+    walk(&spec.world, &mut all);
+    all
+}
+
+#[test]
+fn good_files_give_no_warning() {
+    for golden in goldens() {
+        let loaded = read(&golden.name);
+        assert!(loaded.warnings.is_empty(), "{}", mjcf::render(&loaded.document, &loaded.warnings, false));
+    }
+}
+
+#[test]
+fn options_are_read_as_mujoco_reads_them() {
+    const DISABLE: &[&str] = &[
+        "constraint",
+        "equality",
+        "frictionloss",
+        "limit",
+        "contact",
+        "spring",
+        "damper",
+        "gravity",
+        "clampctrl",
+        "warmstart",
+        "filterparent",
+        "actuation",
+        "refsafe",
+        "sensor",
+        "midphase",
+        "eulerdamp",
+        "autoreset",
+        "nativeccd",
+        "island",
+    ];
+    const ENABLE: &[(&str, u64)] = &[("override", 0), ("energy", 1), ("fwdinv", 2), ("diagexact", 5)];
+    for golden in goldens() {
+        let (spec, theirs) = (read(&golden.name).spec, &golden.option);
+        let o = &spec.option;
+        let integrators = ["Euler", "RK4", "implicit", "implicitfast", "discrete"];
+        let integrator = integrators.iter().position(|name| *name == o.integrator);
+        let disabled: u64 = DISABLE.iter().enumerate().map(|(bit, name)| u64::from(!spec.flags[name]) << bit).sum();
+        let enabled: u64 = ENABLE.iter().map(|(name, bit)| u64::from(spec.flags[name]) << bit).sum();
+        let ours = json!({
+            "timestep": o.timestep, "gravity": o.gravity, "integrator": integrator, "cone": o.cone as i32,
+            "impratio": o.impratio, "tolerance": o.tolerance, "iterations": o.iterations, "o_margin": o.o_margin,
+            "o_solref": o.o_solref, "o_solimp": o.o_solimp, "o_friction": o.o_friction,
+            "disableflags": disabled, "enableflags": enabled,
+        });
+        assert_eq!(ours, json!(theirs), "{}", golden.name);
+    }
+}
+
+#[test]
+fn classes_reach_every_geom_and_joint_as_in_mujoco() {
+    for golden in goldens() {
+        let spec = read(&golden.name).spec;
+        let bodies = bodies(&spec);
+        let name = |name: &Option<String>| name.clone().unwrap_or_default();
+        assert_eq!(bodies.iter().map(|b| name(&b.name)).collect::<Vec<_>>(), golden.body, "{}", golden.name);
+
+        let geoms: Vec<&spec::Geom> = bodies.iter().flat_map(|b| &b.geoms).collect();
+        let kind = |k: GeomKind| [0, 2, 3, 4, 5, 6][k as usize];
+        let ours = json!({
+            "name": geoms.iter().map(|g| name(&g.name)).collect::<Vec<_>>(),
+            "type": geoms.iter().map(|g| kind(g.kind)).collect::<Vec<_>>(),
+            "condim": geoms.iter().map(|g| g.condim).collect::<Vec<_>>(),
+            "contype": geoms.iter().map(|g| g.contype).collect::<Vec<_>>(),
+            "conaffinity": geoms.iter().map(|g| g.conaffinity).collect::<Vec<_>>(),
+            "group": geoms.iter().map(|g| g.group).collect::<Vec<_>>(),
+            "priority": geoms.iter().map(|g| g.priority).collect::<Vec<_>>(),
+            "friction": geoms.iter().map(|g| g.friction).collect::<Vec<_>>(),
+            "solmix": geoms.iter().map(|g| g.solmix).collect::<Vec<_>>(),
+            "solref": geoms.iter().map(|g| g.solref).collect::<Vec<_>>(),
+            "solimp": geoms.iter().map(|g| g.solimp).collect::<Vec<_>>(),
+            "margin": geoms.iter().map(|g| g.margin).collect::<Vec<_>>(),
+            "gap": geoms.iter().map(|g| g.gap).collect::<Vec<_>>(),
+            "rgba": geoms.iter().map(|g| g.rgba.map(f64::from)).collect::<Vec<_>>(),
+        });
+        assert_eq!(ours, json!(golden.geom), "{}", golden.name);
+
+        let joints: Vec<&spec::Joint> = bodies.iter().flat_map(|b| &b.joints).collect();
+        let limited = |j: &spec::Joint| j.limited.unwrap_or(j.range.is_some_and(|r| r[0] < r[1]));
+        let ours = json!({
+            "name": joints.iter().map(|j| name(&j.name)).collect::<Vec<_>>(),
+            "type": joints.iter().map(|j| j.kind as usize).collect::<Vec<_>>(),
+            "limited": joints.iter().map(|j| limited(j)).collect::<Vec<_>>(),
+            "margin": joints.iter().map(|j| j.margin).collect::<Vec<_>>(),
+            "stiffness": joints.iter().map(|j| j.stiffness).collect::<Vec<_>>(),
+            "solref": joints.iter().map(|j| j.solreflimit).collect::<Vec<_>>(),
+            "solimp": joints.iter().map(|j| j.solimplimit).collect::<Vec<_>>(),
+        });
+        assert_eq!(ours, json!(golden.joint), "{}", golden.name);
+
+        let dofs: Vec<(usize, &spec::Joint)> =
+            joints.iter().enumerate().flat_map(|(i, j)| std::iter::repeat_n((i, *j), j.kind.nv())).collect();
+        let ours = json!({
+            "joint": dofs.iter().map(|(i, _)| i).collect::<Vec<_>>(),
+            "damping": dofs.iter().map(|(_, j)| j.damping).collect::<Vec<_>>(),
+            "armature": dofs.iter().map(|(_, j)| j.armature).collect::<Vec<_>>(),
+            "frictionloss": dofs.iter().map(|(_, j)| j.frictionloss).collect::<Vec<_>>(),
+            "solref": dofs.iter().map(|(_, j)| j.solreffriction).collect::<Vec<_>>(),
+            "solimp": dofs.iter().map(|(_, j)| j.solimpfriction).collect::<Vec<_>>(),
+        });
+        assert_eq!(ours, json!(golden.dof), "{}", golden.name);
+    }
+}
+
+#[test]
+fn pairs_actuators_and_custom_data_are_read_as_mujoco_reads_them() {
+    for golden in goldens() {
+        let spec = read(&golden.name).spec;
+        let pairs = &spec.pairs;
+        let ours = json!({
+            "dim": pairs.iter().map(|p| p.condim).collect::<Vec<_>>(),
+            "friction": pairs.iter().map(|p| p.friction).collect::<Vec<_>>(),
+            "solref": pairs.iter().map(|p| p.solref).collect::<Vec<_>>(),
+            "solreffriction": pairs.iter().map(|p| p.solreffriction).collect::<Vec<_>>(),
+            "solimp": pairs.iter().map(|p| p.solimp).collect::<Vec<_>>(),
+            "margin": pairs.iter().map(|p| p.margin).collect::<Vec<_>>(),
+            "gap": pairs.iter().map(|p| p.gap).collect::<Vec<_>>(),
+        });
+        assert_eq!(ours, json!(golden.pair), "{}", golden.name);
+
+        let limited = |limited: Option<bool>, range: Option<[f64; 2]>| limited.unwrap_or(range.is_some());
+        let ten = |first: &[f64]| {
+            let mut ten = [0.0; 10];
+            ten[..first.len()].copy_from_slice(first);
+            ten
+        };
+        let actuators = &spec.actuators;
+        let ours = json!({
+            "gear": actuators.iter().map(|a| a.gear).collect::<Vec<_>>(),
+            "ctrllimited": actuators.iter().map(|a| limited(a.ctrllimited, a.ctrlrange)).collect::<Vec<_>>(),
+            "ctrlrange": actuators.iter().map(|a| a.ctrlrange.unwrap_or_default()).collect::<Vec<_>>(),
+            "forcelimited": actuators.iter().map(|a| limited(a.forcelimited, a.forcerange)).collect::<Vec<_>>(),
+            "forcerange": actuators.iter().map(|a| a.forcerange.unwrap_or_default()).collect::<Vec<_>>(),
+            "gainprm": actuators.iter().map(|a| ten(&[a.gain])).collect::<Vec<_>>(),
+            "biasprm": actuators.iter().map(|a| ten(&a.bias)).collect::<Vec<_>>(),
+        });
+        assert_eq!(ours, json!(golden.actuator), "{}", golden.name);
+
+        let numerics: BTreeMap<_, _> = spec.numerics.iter().map(|n| (n.name.clone(), n.data.clone())).collect();
+        assert_eq!(json!(numerics), json!(golden.numeric), "{}", golden.name);
+        let texts: BTreeMap<_, _> = spec.texts.iter().map(|t| (t.name.clone(), t.data.clone())).collect();
+        assert_eq!(texts, golden.text, "{}", golden.name);
+        let keys = json!({
+            "name": spec.keyframes.iter().map(|k| k.name.clone().unwrap_or_default()).collect::<Vec<_>>(),
+            "time": spec.keyframes.iter().map(|k| k.time).collect::<Vec<_>>(),
+        });
+        assert_eq!(keys, json!(golden.key), "{}", golden.name);
+    }
+}
+
+/// A value that differs from the default, as it would be written.
+fn another_value(column: &schema::Attribute) -> String {
+    match column.kind {
+        Kind::Name(_) => "new".into(),
+        Kind::Reference("geom" | "joint") => "other".into(),
+        Kind::Reference(what) => what.into(),
+        Kind::Class => "special".into(),
+        Kind::Text => if column.name == "eulerseq" { "zyx" } else { "word" }.into(),
+        Kind::Keyword(words) => words.iter().rfind(|w| **w != column.default).unwrap_or(&column.default).to_string(),
+        Kind::Integers(min, _) => vec!["4"; min.max(1)].join(" "),
+        Kind::Numbers(min, _) => (0..min).map(|i| format!("0.{}", 3 + i)).collect::<Vec<_>>().join(" "),
+    }
+}
+
+/// A scene with one more attribute in one element, and what else that element needs.
+fn scene_with(element: &str, attribute: &str) -> String {
+    let tag = |name: &str, always: &str| {
+        let more = if name == element { attribute } else { "" };
+        format!(
+            "<{name} {} {more}/>",
+            if more.is_empty() || !always.contains(more.split('=').next().unwrap()) { always } else { "" }
+        )
+    };
+    let only = |name: &str, always: &str| if name == element { tag(name, always) } else { String::new() };
+    format!(
+        "<mujoco {root}>{compiler}{option}<option>{flag}</option>
+        <default><default class='special'><geom condim='1'/><joint damping='9'/><pair condim='1'/>
+          <motor gear='7'/></default></default>
+        <asset><material name='material'/></asset>
+        <worldbody><body name='body'>{joint}<joint name='other' type='slide'/>{inertial}{geom}<geom name='other' size='1'/>
+          <frame {frame}><geom size='1'/></frame></body>
+          <body {body}><geom size='1'/></body><body>{freejoint}<geom size='1'/></body></worldbody>
+        <contact>{pair}{exclude}</contact>
+        <actuator>{motor}{position}{velocity}{general}</actuator>
+        <custom>{numeric}{text}</custom><keyframe>{key}</keyframe></mujoco>",
+        root = if element == "mujoco" { attribute } else { "" },
+        frame = if element == "frame" { attribute } else { "" },
+        body = if element == "body" { attribute } else { "" },
+        compiler = only("compiler", ""),
+        option = only("option", ""),
+        flag = only("flag", ""),
+        joint = tag("joint", "name='joint'"),
+        freejoint = tag("freejoint", ""),
+        inertial = only("inertial", "pos='0 0 0' mass='1'"),
+        geom = tag("geom", "name='geom' size='1'"),
+        pair = only("pair", "geom1='geom' geom2='other'"),
+        exclude = only("exclude", "body1='world' body2='body'"),
+        motor = only("motor", "joint='joint'"),
+        position = only("position", "joint='joint'"),
+        velocity = only("velocity", "joint='joint'"),
+        general = only("general", "joint='joint' biastype='affine'"),
+        numeric = only("numeric", "name='numeric' data='1'"),
+        text = only("text", "name='text' data='a'"),
+        key = only("key", ""),
+    )
+}
+
+#[test]
+fn nothing_supported_is_dropped() {
+    // References that only pictures need.
+    let pictures = ["material", "mesh", "hfield"];
+    let supported = |row: &&schema::Element| row.status == Status::Supported;
+    let mut dropped = Vec::new();
+    for row in schema::SCHEMA.iter().filter(supported).filter(|row| !row.is("include") && !row.is("default")) {
+        for column in row.typed_attributes().filter(|c| c.status == Status::Supported && !pictures.contains(&c.name)) {
+            let attribute = format!("{}='{}'", column.name, another_value(column));
+            let read = |text: &str| match mjcf::parse("scene.xml", text) {
+                Ok(loaded) => format!("{:?}", loaded.spec),
+                // Refused is not dropped, if it is this that is refused.
+                Err(failure) => failure.to_string(),
+            };
+            let with = read(&scene_with(row.names, &attribute));
+            if with == read(&scene_with(row.names, "")) {
+                dropped.push(format!("{} {attribute}", row.names));
+            }
+        }
+    }
+    assert!(dropped.is_empty(), "read, but without effect:\n{}", dropped.join("\n"));
+}
