@@ -96,7 +96,7 @@ fn a_body_is_where_the_camera_says_and_has_its_colour() {
     let list = scene::draw(&session.model, &session.poses(1.0), camera);
     let image = paint(&list, SIZE[0], SIZE[1], 1);
     let [x, y, _] = camera.project(&session.data.xpos[1], [320.0, 240.0]).expect("in front");
-    let red = |p: [u8; 3]| p[0] > 2 * p[1] && p[0] > 2 * p[2];
+    let red = |p: [u8; 3]| p[0] / 2 > p[1] && p[0] / 2 > p[2];
     assert!(red(image.pixel(x as usize, y as usize)));
     // The sphere's outline: its angular radius is asin(r / d).
     let d = (session.data.xpos[1] - camera.axes().eye).norm();
