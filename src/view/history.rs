@@ -57,10 +57,7 @@ pub const PLOTS: &[Plot] = &[
     Plot {
         name: "speed",
         unit: "m/s",
-        lines: &[
-            Line { name: "speed", of: |m| Some(m.speed) },
-            Line { name: "ghost", of: |m| m.ghost.map(|g| g[1]) },
-        ],
+        lines: &[Line { name: "speed", of: |m| Some(m.speed) }, Line { name: "ghost", of: |m| m.ghost.map(|g| g[1]) }],
     },
     Plot {
         name: "energy",

@@ -30,7 +30,8 @@ pub fn open(path: &Path) -> Result<Opened, String> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let included = sources.iter().skip(1).map(|s| folder.join(&s.name));
     let files = std::iter::once(path.to_owned()).chain(included).collect();
-    let warnings = if scene.warnings.is_empty() { String::new() } else { render(&scene.document, &scene.warnings, false) };
+    let warnings =
+        if scene.warnings.is_empty() { String::new() } else { render(&scene.document, &scene.warnings, false) };
     Ok(Opened { warnings, model: scene.model, hash: log::hash(&text), files })
 }
 

@@ -81,9 +81,15 @@ fn thing(model: &Model, geom: &Geom, shape: Shape, pos: &Vec3, mat: &Mat3) -> Th
     let thin = (0..3).any(|i| geom.size[i] < PAINT && mat[(2, i)].abs() > 0.999);
     let paint = still && shape == Shape::Box && thin;
     let color = body_color(geom);
+    // A spoke as thick as its disk would lie in the disk's surface: it is drawn a little fatter.
+    let size = if !still && marker(geom) {
+        geom.size.map_with_location(|i, _, s| if i == 0 { 1.2 * s } else { s })
+    } else {
+        geom.size
+    };
     Thing {
         shape,
-        size: f32s(&geom.size),
+        size: f32s(&size),
         pos: f32s(pos),
         mat: f32m(mat),
         color,

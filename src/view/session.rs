@@ -174,7 +174,10 @@ impl Session {
     /// A sentence about a step that failed.
     pub fn diverged(&self, d: &Diverged) -> String {
         let body = &self.model.bodies[d.body].name;
-        format!("the simulation diverged at {:.4} s: {}[{}] of `{body}` is {:e}; try a smaller timestep", d.time, d.quantity, d.index, d.value)
+        format!(
+            "the simulation diverged at {:.4} s: {}[{}] of `{body}` is {:e}; try a smaller timestep",
+            d.time, d.quantity, d.index, d.value
+        )
     }
 
     /// Hash of the bits of time, positions and velocities: equal if two sessions are in the same state.

@@ -145,10 +145,12 @@ fn temporary(name: &str) -> PathBuf {
 #[test]
 fn a_gif_holds_the_frames_that_were_put_in() {
     let mut session = session("models/goal.xml");
-    let images: Vec<Image> = (0..5).map(|_| {
-        (0..40).for_each(|_| session.step().expect("stable"));
-        picture(&mut session, 0, 1)
-    }).collect();
+    let images: Vec<Image> = (0..5)
+        .map(|_| {
+            (0..40).for_each(|_| session.step().expect("stable"));
+            picture(&mut session, 0, 1)
+        })
+        .collect();
     let path = temporary("a.gif");
     save(&path, &images.iter().collect::<Vec<_>>()).expect("writable");
     let mut options = gif::DecodeOptions::new();
@@ -157,7 +159,8 @@ fn a_gif_holds_the_frames_that_were_put_in() {
     let (mut shown, mut delays, mut n) = (vec![0u8; SIZE[0] * SIZE[1] * 4], 0, 0);
     while let Some(frame) = decoder.read_next_frame().expect("a frame") {
         for (i, p) in frame.buffer.chunks(4).enumerate().filter(|(_, p)| p[3] > 0) {
-            let (x, y) = (i % frame.width as usize + frame.left as usize, i / frame.width as usize + frame.top as usize);
+            let (x, y) =
+                (i % frame.width as usize + frame.left as usize, i / frame.width as usize + frame.top as usize);
             let at = 4 * (y * SIZE[0] + x);
             shown[at..at + 4].copy_from_slice(p);
         }

@@ -79,7 +79,9 @@ fn a_recorded_session_plays_again_bit_for_bit_at_any_frame_rate() {
 #[test]
 fn a_session_computes_what_a_plain_run_computes() {
     let mut session = session("models/goal_2d.xml");
-    session.change(Change::State(Start { time: 0.0, qpos: vec![0.0, 0.5, 0.0], qvel: vec![2.0, 0.0, 0.0], ctrl: vec![] })).expect("fits");
+    session
+        .change(Change::State(Start { time: 0.0, qpos: vec![0.0, 0.5, 0.0], qvel: vec![2.0, 0.0, 0.0], ctrl: vec![] }))
+        .expect("fits");
     let (model, method, mut state) = (session.model.clone(), session.method, session.state.clone());
     let mut data = penny::data::Data::new(&model);
     for _ in 0..1500 {
@@ -96,7 +98,9 @@ fn logs_of_other_scenes_and_damaged_logs_are_refused() {
     let other = Session::from_log(&log, session("models/goal.xml").model, "another hash");
     assert!(other.is_err_and(|e| e.contains("not the file")));
     assert!(Log::parse("{}").is_err());
-    assert!(Log::parse(&log.to_json().replace("\"penny_run\": 1", "\"penny_run\": 9")).is_err_and(|e| e.contains("format")));
+    assert!(
+        Log::parse(&log.to_json().replace("\"penny_run\": 1", "\"penny_run\": 9")).is_err_and(|e| e.contains("format"))
+    );
     let mut mixed = log.clone();
     mixed.inputs.reverse();
     assert!(Log::parse(&mixed.to_json()).is_err_and(|e| e.contains("order")));
@@ -167,7 +171,12 @@ fn the_mouse_pulls_a_body_to_where_it_points() {
 #[test]
 fn the_ledger_closes_and_knows_rolling_from_sliding() {
     let mut session = written(BALL);
-    let rolling = Start { time: 0.0, qpos: vec![0.0, 0.0, 0.10998, 1.0, 0.0, 0.0, 0.0], qvel: vec![2.0, 0.0, 0.0, 0.0, 2.0 / 0.11, 0.0], ctrl: vec![] };
+    let rolling = Start {
+        time: 0.0,
+        qpos: vec![0.0, 0.0, 0.10998, 1.0, 0.0, 0.0, 0.0],
+        qvel: vec![2.0, 0.0, 0.0, 0.0, 2.0 / 0.11, 0.0],
+        ctrl: vec![],
+    };
     session.change(Change::State(rolling)).expect("fits");
     (0..1000).for_each(|_| session.step().expect("stable"));
     let ledger = session.ledger.clone();
@@ -203,9 +212,21 @@ fn a_goal_and_a_fair_push_are_decided_to_the_millimetre() {
     let before = at(r - 0.02, 0.0, 0.5);
     assert_eq!(rules.decide(&before, &at(r - 1e-3, 0.0, 0.5)), None, "1 mm short of the line");
     assert_eq!(rules.decide(&before, &at(r + 1e-3, 0.0, 0.5)), Some(Outcome::Goal), "1 mm over the line");
-    assert_eq!(rules.decide(&at(r - 0.02, 1.499, 0.5), &at(r + 0.02, 1.499, 0.5)), Some(Outcome::Goal), "inside the post");
-    assert_eq!(rules.decide(&at(r - 0.02, 1.501, 0.5), &at(r + 0.02, 1.501, 0.5)), Some(Outcome::Wide), "outside the post");
-    assert_eq!(rules.decide(&at(r - 0.02, 0.0, 1.999), &at(r + 0.02, 0.0, 1.999)), Some(Outcome::Goal), "under the bar");
+    assert_eq!(
+        rules.decide(&at(r - 0.02, 1.499, 0.5), &at(r + 0.02, 1.499, 0.5)),
+        Some(Outcome::Goal),
+        "inside the post"
+    );
+    assert_eq!(
+        rules.decide(&at(r - 0.02, 1.501, 0.5), &at(r + 0.02, 1.501, 0.5)),
+        Some(Outcome::Wide),
+        "outside the post"
+    );
+    assert_eq!(
+        rules.decide(&at(r - 0.02, 0.0, 1.999), &at(r + 0.02, 0.0, 1.999)),
+        Some(Outcome::Goal),
+        "under the bar"
+    );
     assert_eq!(rules.decide(&at(r - 0.02, 0.0, 2.001), &at(r + 0.02, 0.0, 2.001)), Some(Outcome::Wide), "over the bar");
     // Between two steps the ball moves sideways: what counts is where it is when it crosses.
     assert_eq!(rules.decide(&at(r - 0.01, 1.48, 0.5), &at(r + 0.03, 1.52, 0.5)), Some(Outcome::Goal));
@@ -241,7 +262,11 @@ fn kicks_end_as_they_should_on_every_level() {
         assert_eq!(shot(level, Vec3::new(-2.0, 1.8, 0.11), fast), Some(Outcome::Wide), "past the post");
         assert_eq!(shot(level, Vec3::new(-2.0, 0.0, 2.4), fast), Some(Outcome::Wide), "over the bar");
         assert_eq!(shot(level, Vec3::new(-2.0, 1.55, 0.5), fast), Some(Outcome::Stopped), "back from the post");
-        assert_eq!(shot(level, Vec3::new(-3.0, 0.0, 0.11), Vec3::new(0.8, 0.0, 0.0)), Some(Outcome::Stopped), "too slow");
+        assert_eq!(
+            shot(level, Vec3::new(-3.0, 0.0, 0.11), Vec3::new(0.8, 0.0, 0.0)),
+            Some(Outcome::Stopped),
+            "too slow"
+        );
     }
     assert_eq!(shot(2, Vec3::new(-2.0, 1.1, 0.11), fast), Some(Outcome::Goal), "past the keeper");
     assert_ne!(shot(2, Vec3::new(-1.2, 0.1, 0.11), fast), Some(Outcome::Goal), "at the keeper");

@@ -11,7 +11,7 @@ use penny::view::scene;
 use penny::view::session::{Player, Session};
 
 /// What the window draws beside the picture, in points: see `view::app`.
-const VIEW: [f64; 2] = [1280.0 - 292.0, 720.0 - 190.0];
+const VIEW: [f64; 2] = [1280.0 - 300.0, 720.0 - 190.0];
 
 struct Ended(Child);
 
@@ -61,7 +61,21 @@ fn replayed(log: &Log, path: &Path) -> (Vec<Vec3>, Session) {
 
 fn screenshot(display: &str, path: &Path) -> (usize, Vec<u8>) {
     let input = format!("{display}.0");
-    let args = ["-y", "-loglevel", "error", "-f", "x11grab", "-video_size", "1280x720", "-i", &input, "-frames:v", "1", "-pix_fmt", "rgb24"];
+    let args = [
+        "-y",
+        "-loglevel",
+        "error",
+        "-f",
+        "x11grab",
+        "-video_size",
+        "1280x720",
+        "-i",
+        &input,
+        "-frames:v",
+        "1",
+        "-pix_fmt",
+        "rgb24",
+    ];
     tool(display, "ffmpeg", &[&args[..], &[path.to_str().expect("plain")]].concat());
     let decoder = png::Decoder::new(BufReader::new(std::fs::File::open(path).expect("taken")));
     let mut reader = decoder.read_info().expect("a PNG");
@@ -134,18 +148,32 @@ fn real_keys_move_the_ball_and_the_record_tells_how() {
     let (right, ahead) = camera.ground();
     let way = places[places.len() - 1] - places[0];
     assert!(way.dot(&ahead) > 0.3 && way.dot(&right).abs() < 0.02 * way.dot(&ahead), "{way:?}");
-    let pushes: Vec<f64> = log.inputs.iter().filter_map(|i| match i.change {
-        Change::Push { wrench, .. } => Some(Vec3::from_column_slice(&wrench[..3]).dot(&ahead)),
-        _ => None,
-    }).collect();
+    let pushes: Vec<f64> = log
+        .inputs
+        .iter()
+        .filter_map(|i| match i.change {
+            Change::Push { wrench, .. } => Some(Vec3::from_column_slice(&wrench[..3]).dot(&ahead)),
+            _ => None,
+        })
+        .collect();
     assert!(pushes.iter().any(|f| (f - 0.5 * 9.81).abs() < 1e-9), "half its weight while the key is down: {pushes:?}");
     assert!(pushes.iter().any(|f| *f > 100.0), "the kick: {pushes:?}");
 
     // The screenshot has the ball where the replay has it at some moment of the push …
     let (ball, size) = find(&shot, |p| p[1] > p[0].saturating_add(50) && p[1] > p[2].saturating_add(40));
     assert!(size > 200, "{size} green pixels");
-    let first = scene::framing(&session.model, &Session::new(session.model.clone(), session.method, penny::state::State::new(&session.model), Default::default()).poses(1.0));
-    let near = places.iter().filter_map(|p| first.project(p, VIEW)).map(|[x, y, _]| (Vec3::new(x, y, 0.0) - ball).norm());
+    let first = scene::framing(
+        &session.model,
+        &Session::new(
+            session.model.clone(),
+            session.method,
+            penny::state::State::new(&session.model),
+            Default::default(),
+        )
+        .poses(1.0),
+    );
+    let near =
+        places.iter().filter_map(|p| first.project(p, VIEW)).map(|[x, y, _]| (Vec3::new(x, y, 0.0) - ball).norm());
     assert!(near.fold(f64::MAX, f64::min) < 12.0, "the ball is at {ball:?}");
     // … the arrow of the push behind it, nearer to the eye and so lower in the picture …
     let (arrow, size) = find(&shot, |p| p[0] > 150 && p[0] > p[1].saturating_add(90) && p[0] > p[2].saturating_add(60));

@@ -28,7 +28,8 @@ impl Headless {
         self.time += elapsed;
         let [width, height] = self.size;
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width as f32, height as f32));
-        let input = egui::RawInput { screen_rect: Some(screen), time: Some(self.time), events, ..egui::RawInput::default() };
+        let input =
+            egui::RawInput { screen_rect: Some(screen), time: Some(self.time), events, ..egui::RawInput::default() };
         let mut output = self.ctx.run_ui(input, |ui| app.ui(ui, elapsed));
         for (id, deltas) in std::mem::take(&mut output.textures_delta.set) {
             deltas.into_iter().for_each(|delta| self.update(id, delta));
@@ -89,8 +90,9 @@ fn triangle(image: &mut Image, v: [&Vertex; 3], texture: &egui::ColorImage, clip
         for x in x0..x1 {
             let (px, py) = (x as f32 + 0.5, y as f32 + 0.5);
             // A pixel on an edge that two triangles share belongs to the one that has it on its left.
-            let w = [edge(v[1].pos, v[2].pos, px, py), edge(v[2].pos, v[0].pos, px, py), edge(v[0].pos, v[1].pos, px, py)]
-                .map(|w| w / area);
+            let w =
+                [edge(v[1].pos, v[2].pos, px, py), edge(v[2].pos, v[0].pos, px, py), edge(v[0].pos, v[1].pos, px, py)]
+                    .map(|w| w / area);
             if w.iter().any(|w| *w < 0.0) || px < clip.min.x || py < clip.min.y || px > clip.max.x || py > clip.max.y {
                 continue;
             }
@@ -112,7 +114,8 @@ fn sample(texture: &egui::ColorImage, u: f32, v: f32) -> [f32; 4] {
     let (x, y) = ((u * width as f32 - 0.5).max(0.0), (v * height as f32 - 0.5).max(0.0));
     let (i, j) = ((x as usize).min(width - 1), (y as usize).min(height - 1));
     let (fx, fy) = ((x - i as f32).clamp(0.0, 1.0), (y - j as f32).clamp(0.0, 1.0));
-    let texel = |i: usize, j: usize| texture.pixels[j.min(height - 1) * width + i.min(width - 1)].to_array().map(f32::from);
+    let texel =
+        |i: usize, j: usize| texture.pixels[j.min(height - 1) * width + i.min(width - 1)].to_array().map(f32::from);
     let (a, b, c, d) = (texel(i, j), texel(i + 1, j), texel(i, j + 1), texel(i + 1, j + 1));
     [0, 1, 2, 3].map(|k| (a[k] * (1.0 - fx) + b[k] * fx) * (1.0 - fy) + (c[k] * (1.0 - fx) + d[k] * fx) * fy)
 }

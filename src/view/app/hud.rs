@@ -18,7 +18,12 @@ pub fn show(app: &App, ui: &mut egui::Ui, rect: egui::Rect) {
         card(&ctx, "score", egui::pos2(rect.right() - 218.0, rect.top() + 12.0), |ui| {
             ui.set_width(190.0);
             ui.label(RichText::new(format!("{} points", game.points)).size(20.0).strong());
-            ui.label(format!("{} of {} shots in · level {}", game.goals, game.rounds.saturating_sub(1).max(game.goals), level.name));
+            ui.label(format!(
+                "{} of {} shots in · level {}",
+                game.goals,
+                game.rounds.saturating_sub(1).max(game.goals),
+                level.name
+            ));
             let at = game.rules.distance(&game.rules.centre(&stage.session));
             let fair = game.rules.may_push(&game.rules.centre(&stage.session));
             let color = if fair { Color32::from_rgb(30, 120, 50) } else { Color32::from_rgb(190, 40, 40) };
@@ -55,7 +60,8 @@ fn shots(app: &App, ctx: &egui::Context, rect: egui::Rect) {
             ui.end_row();
             for shot in &app.stage.shots {
                 ui.label(shot.law);
-                let color = if shot.outcome == Outcome::Goal { Color32::from_rgb(30, 120, 50) } else { Color32::DARK_GRAY };
+                let color =
+                    if shot.outcome == Outcome::Goal { Color32::from_rgb(30, 120, 50) } else { Color32::DARK_GRAY };
                 ui.colored_label(color, shot.outcome.name());
                 ui.label(format!("{:.3} s", shot.time));
                 ui.label(format!("{:.2} m/s", shot.fastest));

@@ -28,7 +28,12 @@ const fn bind(keys: &'static [Key], shown: &'static str, about: &'static str, ac
 
 /// Entries without a text belong to the one before them.
 const BINDINGS: &[Binding] = &[
-    bind(&[Key::ArrowUp, Key::W], "↑ ← ↓ →  W A S D", "push the selected body, as the camera sees it", Act::Push(0.0, 1.0)),
+    bind(
+        &[Key::ArrowUp, Key::W],
+        "↑ ← ↓ →  W A S D",
+        "push the selected body, as the camera sees it",
+        Act::Push(0.0, 1.0),
+    ),
     bind(&[Key::ArrowDown, Key::S], "", "", Act::Push(0.0, -1.0)),
     bind(&[Key::ArrowLeft, Key::A], "", "", Act::Push(-1.0, 0.0)),
     bind(&[Key::ArrowRight, Key::D], "Shift", "push and kick stronger", Act::Push(1.0, 0.0)),
@@ -56,7 +61,12 @@ const BINDINGS: &[Binding] = &[
     bind(&[Key::Plus, Key::Equals], "", "", Act::Do(|app| speed(app, 2.0))),
     bind(&[Key::L], "L", "the game's next level", Act::Do(next_level)),
     bind(&[Key::H], "H", "hide panel and plots", Act::Do(|app| app.panel ^= true)),
-    bind(&[Key::F5], "F5", "save this session, to replay it bit for bit", Act::Do(|app| app.wish = Some(Wish::SaveRun))),
+    bind(
+        &[Key::F5],
+        "F5",
+        "save this session, to replay it bit for bit",
+        Act::Do(|app| app.wish = Some(Wish::SaveRun)),
+    ),
     bind(&[Key::F9], "F9", "film the picture; again to stop", Act::Do(|app| app.film())),
     bind(&[Key::F1], "F1", "this help", Act::Do(|app| app.help ^= true)),
     // The window itself closes.
@@ -83,7 +93,9 @@ pub fn read(app: &mut App, ctx: &egui::Context) {
         for binding in BINDINGS {
             let down = binding.keys.iter().any(|k| input.key_down(*k) || input.key_pressed(*k));
             match binding.act {
-                Act::Push(right, forward) if down => (held.right, held.forward) = (held.right + right, held.forward + forward),
+                Act::Push(right, forward) if down => {
+                    (held.right, held.forward) = (held.right + right, held.forward + forward)
+                }
                 Act::Turn(turn) if down => held.turn += turn,
                 Act::Do(act) if binding.keys.iter().any(|k| input.key_pressed(*k)) => pressed.push(act),
                 _ => {}

@@ -75,7 +75,10 @@ impl App {
         self.enter_goal();
         if self.panel {
             egui::Panel::right("panel").exact_size(panel::WIDTH).resizable(false).show(ui, |ui| panel::show(self, ui));
-            egui::Panel::bottom("plots").exact_size(plots::HEIGHT).resizable(false).show(ui, |ui| plots::show(self, ui));
+            egui::Panel::bottom("plots")
+                .exact_size(plots::HEIGHT)
+                .resizable(false)
+                .show(ui, |ui| plots::show(self, ui));
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
             let rect = view::show(self, ui, elapsed);

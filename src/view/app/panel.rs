@@ -7,13 +7,13 @@ use crate::view::log::Change;
 use crate::view::scene;
 use crate::{contact, integrate};
 
-pub const WIDTH: f32 = 292.0;
+pub const WIDTH: f32 = 300.0;
 
 pub fn show(app: &mut App, ui: &mut egui::Ui) {
     ui.add_space(6.0);
     title(app, ui);
     ui.separator();
-    ui.spacing_mut().slider_width = 120.0;
+    ui.spacing_mut().slider_width = 78.0;
     method(app, ui);
     ui.separator();
     physics(app, ui);
@@ -30,7 +30,7 @@ fn title(app: &mut App, ui: &mut egui::Ui) {
     let name = if stage.session.model.name.is_empty() { "scene" } else { &stage.session.model.name };
     ui.label(RichText::new(name).size(18.0).strong());
     ui.horizontal(|ui| {
-        if ui.button(if stage.paused { "▶ run" } else { "⏸ pause" }).clicked() {
+        if ui.button(if stage.paused { "run" } else { "pause" }).clicked() {
             stage.paused ^= true;
         }
         if ui.button("one step").clicked() {
@@ -107,10 +107,14 @@ fn physics(app: &mut App, ui: &mut egui::Ui) {
         changed |= ui.add(egui::Slider::new(&mut slide, 0.0..=2.0)).changed();
         ui.end_row();
         ui.label("… torsional");
-        changed |= ui.add(egui::Slider::new(&mut spin, 0.0..=0.1).logarithmic(true).smallest_positive(1e-5).suffix(" m")).changed();
+        changed |= ui
+            .add(egui::Slider::new(&mut spin, 0.0..=0.1).logarithmic(true).smallest_positive(1e-5).suffix(" m"))
+            .changed();
         ui.end_row();
         ui.label("… rolling");
-        changed |= ui.add(egui::Slider::new(&mut roll, 0.0..=0.1).logarithmic(true).smallest_positive(1e-5).suffix(" m")).changed();
+        changed |= ui
+            .add(egui::Slider::new(&mut roll, 0.0..=0.1).logarithmic(true).smallest_positive(1e-5).suffix(" m"))
+            .changed();
         ui.end_row();
         if changed {
             changes.push(Change::Friction([slide, spin, roll]));
@@ -137,15 +141,15 @@ fn notes(app: &mut App, ui: &mut egui::Ui) {
     egui::Grid::new("notes").num_columns(2).spacing([14.0, 4.0]).show(ui, |ui| {
         ui.checkbox(&mut notes.contacts, "contacts");
         ui.horizontal(|ui| {
-            ui.colored_label(color(scene::NORMAL_FORCE), "■ normal");
-            ui.colored_label(color(scene::FRICTION_FORCE), "■ friction");
+            legend(ui, scene::NORMAL_FORCE, "normal");
+            legend(ui, scene::FRICTION_FORCE, "friction");
         });
         ui.end_row();
         ui.checkbox(&mut notes.velocity, "velocity");
-        ui.colored_label(color(scene::VELOCITY), "■ velocity");
+        legend(ui, scene::VELOCITY, "");
         ui.end_row();
         ui.checkbox(&mut notes.pushes, "pushes");
-        ui.colored_label(color(scene::APPLIED_FORCE), "■ push");
+        legend(ui, scene::APPLIED_FORCE, "");
         ui.end_row();
         ui.checkbox(&mut notes.trail, "trails");
         ui.label(selected);
@@ -153,10 +157,17 @@ fn notes(app: &mut App, ui: &mut egui::Ui) {
     });
 }
 
+/// A patch of an arrow's colour, and what it stands for.
+fn legend(ui: &mut egui::Ui, of: [f32; 4], name: &str) {
+    let (rect, _) = ui.allocate_exact_size(egui::vec2(18.0, 6.0), egui::Sense::hover());
+    ui.painter().rect_filled(rect, 2.0, color(of));
+    ui.label(name);
+}
+
 fn files(app: &mut App, ui: &mut egui::Ui) {
     ui.horizontal(|ui| {
         let filming = app.shooting.is_some();
-        if ui.button(if filming { "⏹ stop filming" } else { "⏺ film" }).clicked() {
+        if ui.button(if filming { "stop filming" } else { "film" }).clicked() {
             app.film();
         }
         if ui.button("save session").clicked() {
@@ -176,7 +187,7 @@ fn choice(
     names: impl Iterator<Item = (&'static str, &'static str)>,
     mut chosen: impl FnMut(&'static str),
 ) {
-    egui::ComboBox::from_id_salt(id).width(150.0).selected_text(now).show_ui(ui, |ui| {
+    egui::ComboBox::from_id_salt(id).width(140.0).selected_text(now).show_ui(ui, |ui| {
         for (name, about) in names {
             if ui.selectable_label(name == now, name).on_hover_text(about).clicked() && name != now {
                 chosen(name);

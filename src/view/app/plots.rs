@@ -43,6 +43,8 @@ fn plot(app: &App, ui: &mut egui::Ui, slot: usize) {
         .allow_scroll(false)
         .allow_boxed_zoom(false)
         .show_crosshair(false)
+        .grid_color(egui::Color32::from_gray(205))
+        .grid_fade(0.6)
         .set_margin_fraction(egui::vec2(0.0, 0.1))
         .include_x(from)
         .include_x(from + SPAN)

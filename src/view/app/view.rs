@@ -14,7 +14,11 @@ pub enum Drag {
     None,
     Orbit,
     /// Pulls a body in the plane through its point that faces the camera.
-    Pull { body: usize, point: Vec3, depth: f64 },
+    Pull {
+        body: usize,
+        point: Vec3,
+        depth: f64,
+    },
 }
 
 /// rad per point
