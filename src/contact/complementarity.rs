@@ -7,17 +7,23 @@
 /// whose force is negative, or whose acceleration is too small, to the other side. If the number of wrong
 /// contacts stops shrinking, only the last wrong one moves (Murty's rule), which always ends.
 ///
-/// In:     `a` row-major n × n; `b` (n); `pushes` (n), the first guess, holds the final answer afterwards;
-///         `factor` is scratch of n × n.
+/// In:     `a` row-major n × n; `b` (n). `pushes` (n) and `factor` (n × n) are scratch.
 /// Out:    `f` (n). Returns the number of linear systems solved.
 /// Source: J. J. Júdice, F. M. Pires, Computers & Operations Research 21 (1994), 587–596.
 pub fn solve(a: &[f64], b: &[f64], f: &mut [f64], pushes: &mut [bool], factor: &mut [f64]) -> usize {
     let n = b.len();
-    if n == 1 {
-        f[0] = (b[0] / a[0]).max(0.0);
-        pushes[0] = f[0] > 0.0;
+    // Mostly all push, and there are few: a loop of fixed length.
+    let at_once = match n {
+        1 => all_push::<1>(a, b, f),
+        2 => all_push::<2>(a, b, f),
+        3 => all_push::<3>(a, b, f),
+        4 => all_push::<4>(a, b, f),
+        _ => false,
+    };
+    if at_once {
         return 1;
     }
+    pushes.fill(true);
     let (mut fewest, mut patience) = (n + 1, 3);
     let mut solves = 0;
     loop {
@@ -54,6 +60,41 @@ pub fn solve(a: &[f64], b: &[f64], f: &mut [f64], pushes: &mut [bool], factor: &
             }
         }
     }
+}
+
+/// f from A f = b if all N contacts push; says whether they do.
+///
+///     A = L D Lᵀ with L unit lower triangular:   y_ij = l_ij d_j = a_ij − Σ_k y_ik l_jk,   d_i = a_ii − Σ_j y_ij l_ij
+fn all_push<const N: usize>(a: &[f64], b: &[f64], f: &mut [f64]) -> bool {
+    let mut l = [[0.0; N]; N];
+    let mut inverse = [0.0; N];
+    let mut x: [f64; N] = std::array::from_fn(|i| b[i]);
+    for i in 0..N {
+        let mut pivot = a[i * N + i];
+        for j in 0..i {
+            let mut y = a[i * N + j];
+            for k in 0..j {
+                y -= l[k][i] * l[j][k];
+            }
+            // L below the diagonal, y above it.
+            l[j][i] = y;
+            l[i][j] = y * inverse[j];
+            pivot -= y * l[i][j];
+            x[i] -= l[i][j] * x[j];
+        }
+        if pivot <= 1e-15 * a[i * N + i] {
+            return false;
+        }
+        inverse[i] = 1.0 / pivot;
+    }
+    for i in (0..N).rev() {
+        x[i] *= inverse[i];
+        for j in i + 1..N {
+            x[i] -= l[j][i] * x[j];
+        }
+    }
+    f[..N].copy_from_slice(&x);
+    x.iter().all(|x| *x >= 0.0)
 }
 
 /// f of the contacts that push, from A f = b restricted to them; zero for the others.

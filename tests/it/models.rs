@@ -125,3 +125,63 @@ fn every_scene_runs_a_second_under_every_law_and_integrator() {
         }
     }
 }
+
+/// What every step of every scene does: (pairs at most, rows of a contact at most, evaluations of the forces).
+const WORK: &[(&str, usize, usize, usize)] = &[
+    ("balls.xml", 9, 6, 1),
+    ("box.xml", 1, 3, 1),
+    ("circle.xml", 1, 6, 1),
+    ("disk.xml", 1, 6, 1),
+    ("disk_traction.xml", 1, 6, 1),
+    ("pendulum.xml", 0, 0, 1),
+    ("point_mass.xml", 1, 3, 1),
+    ("stack.xml", 6, 3, 1),
+    ("tee.xml", 2, 3, 1),
+    ("top.xml", 0, 0, 4),
+];
+
+#[test]
+fn a_step_does_only_what_the_scene_requires() {
+    assert_eq!(WORK.iter().map(|w| w.0.to_owned()).collect::<Vec<_>>(), names());
+    for &(name, pairs, rows, forwards) in WORK {
+        let model = load(name);
+        assert_eq!(model.trees.iter().all(|t| t.rotates), name != "point_mass.xml", "{name}: what turns");
+        for &contact in contact::ALL {
+            let method = Method { contact, ..method(&model) };
+            let (mut state, mut data) = (State::new(&model), Data::new(&model));
+            let mut touched = false;
+            for _ in 0..(1.0 / method.timestep) as usize {
+                step(&model, &method, &mut state, &mut data).expect("stable");
+                let counts = data.counts;
+                let what = format!("{name} under {} at {}: {counts:?}", contact.name, state.time);
+                assert!(counts.pairs <= pairs * forwards, "{what}");
+                assert_eq!(counts.forwards, forwards, "{what}");
+                assert!(counts.rows <= rows * counts.contacts, "{what}");
+                assert!(counts.contacts > 0 || (counts.rows, counts.solves) == (0, 0), "{what}");
+                // The course's law is explicit: it solves nothing.
+                assert!(contact.name != "tutorial" || counts.solves == 0, "{what}");
+                touched |= counts.contacts > 0;
+            }
+            assert_eq!(touched, pairs > 0, "{name} under {}", contact.name);
+        }
+    }
+}
+
+#[test]
+fn what_cannot_matter_is_not_computed() {
+    let counts = |geoms: &str, condim: usize| {
+        let text = format!(
+            r#"<mujoco><default><geom condim="{condim}"/></default><worldbody>
+               <geom type="plane" size="1 1 1"/>{geoms}
+               <body pos="0 0 0.099"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"#
+        );
+        let model = penny::parse("scene.xml", &text).unwrap_or_else(|e| panic!("{e}")).model;
+        let mut data = Data::new(&model);
+        step(&model, &method(&model), &mut State::new(&model), &mut data).expect("stable");
+        (data.counts.pairs, data.counts.contacts, data.counts.rows)
+    };
+    assert_eq!(counts("", 1), (1, 1, 1), "no friction rows at condim 1");
+    assert_eq!(counts("", 6), (1, 1, 6));
+    // A post that stands in the ground cannot move, and the ball is far from it.
+    assert_eq!(counts(r#"<geom type="box" pos="5 0 0" size="0.1 0.1 1"/>"#, 1), (1, 1, 1), "what is fixed, or far");
+}

@@ -192,7 +192,6 @@ impl Coupled {
                 }
             }
             self.a[i * n + i] += self.entries[e].softness;
-            self.pushes[i] = true;
         }
         let (a, f) = (&self.a[..n * n], &mut self.f[..n]);
         let solves = complementarity::solve(a, &self.b[..n], f, &mut self.pushes[..n], &mut self.factor[..n * n]);

@@ -1,17 +1,23 @@
-//! A free body that touches only what never moves: everything in its own six coordinates.
+//! A free body that touches one plane, or one other thing that never moves: the inner loop of most scenes.
 //!
-//! In a free body's coordinates (linear part in world axes, angular part in principal axes, at the centre of
-//! mass) M is diagonal, so a row J is one six, and M⁻¹Jᵀ its product with the six inverse inertias. This is the
-//! inner loop of most scenes: every row is formed once, together with its M⁻¹Jᵀ.
+//! All contacts of such a body share one frame D (rows: normal and two tangents, towards the body). So take the
+//! body's linear motion along D and its angular motion in principal axes P, where M is diagonal:
+//!
+//!     linear = D v,   angular = Pᵀ ω
+//!
+//! Then the row of direction k has a 1 at linear place k (sliding) or nothing (spinning, rolling), and the angular
+//! part q × p_k or p_k, with p = Pᵀ Dᵀ the frame in principal axes and q the arm of the contact there: three
+//! products a row instead of six.
 
 use super::drive::{Recipe, Recipes, eigenvalues, friction, inverse_mass, piece};
 use crate::contact::complementarity;
 use crate::data::{Contact, Counts, Mover};
 use crate::forward::Method;
-use crate::math::{Mat3, Vec3, vec3};
-use crate::model::{GeomKind, Model};
+use crate::math::{Mat3, Vec3, Vec6};
+use crate::model::Model;
 
-type Six = [f64; 6];
+/// Three numbers and a zero, so that they fill vector registers.
+type Four = [f64; 4];
 
 /// Scratch for the contacts of one body.
 #[derive(Clone, Debug, Default)]
@@ -28,8 +34,11 @@ pub struct Lone {
 /// One contact of the body.
 #[derive(Clone, Copy, Debug, Default)]
 struct Point {
-    rows: [Row; 6],
-    force: Six,
+    /// Angular part of J, and of J M⁻¹, of each row.
+    jac: [Four; 6],
+    heavy: [Four; 6],
+    velocity: [f64; 6],
+    force: [f64; 6],
     /// a_ref of the normal (m/s²) and R (1/kg).
     reference: f64,
     softness: f64,
@@ -37,29 +46,54 @@ struct Point {
     stiff: [f64; 3],
 }
 
-/// One direction of a contact.
-#[derive(Clone, Copy, Debug, Default)]
-struct Row {
-    jac: Six,
-    /// M⁻¹ Jᵀ
-    heavy: Six,
-    velocity: f64,
+/// Velocity or acceleration of the body in these coordinates.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    linear: [f64; 3],
+    angular: Four,
 }
 
-/// A body as its contacts see it.
-struct Body<'a> {
-    mover: &'a Mover,
-    minv: Six,
-    vel: Six,
-    /// Index of the body's geom in the contacts.
-    side: usize,
+/// The body as its contacts see it.
+struct Body {
+    com: Vec3,
+    axes: Mat3,
+    /// D and p, both as rows.
+    frame: Mat3,
+    local: Mat3,
+    inverse_mass: f64,
+    inverse_inertia: Four,
+    velocity: Motion,
+}
+
+impl Body {
+    /// In: `sign` +1 where the contacts' second geom is the body's, −1 where the first is.
+    fn new(mover: &Mover, contact: &Contact, sign: f64) -> Body {
+        let frame = contact.frame * sign;
+        let m = mover.minv;
+        Body {
+            com: mover.com,
+            axes: mover.axes,
+            frame,
+            local: frame * mover.axes,
+            inverse_mass: m[0],
+            inverse_inertia: [m[3], m[4], m[5], 0.0],
+            velocity: Motion::new(&frame, &mover.vel),
+        }
+    }
+}
+
+impl Motion {
+    fn new(frame: &Mat3, six: &Vec6) -> Motion {
+        let linear = frame * Vec3::new(six[0], six[1], six[2]);
+        Motion { linear: linear.into(), angular: [six[3], six[4], six[5], 0.0] }
+    }
 }
 
 impl Lone {
-    /// Solves for the forces of the contacts `order`, all on one free body.
+    /// Solves for the forces of the contacts `order`, all on one free body and in one frame.
     ///
     /// In:  `mover` of the body; contacts with the last step's forces.
-    /// Out: the body's acceleration, as in `mover.acc`. Writes the contacts' forces.
+    /// Out: the change of the body's acceleration, to be added to `mover.acc`. Writes the contacts' forces.
     pub fn solve(
         &mut self,
         model: &Model,
@@ -69,7 +103,7 @@ impl Lone {
         mover: &Mover,
         contacts: &mut [Contact],
         counts: &mut Counts,
-    ) -> Six {
+    ) -> Vec6 {
         let n = order.len();
         if self.points.len() < n {
             self.points.resize(n, Point::default());
@@ -79,161 +113,150 @@ impl Lone {
             self.f.resize(n, 0.0);
             self.pushes.resize(n, true);
         }
-        let side = usize::from(contacts[order[0] as usize].body[0] == 0 || !moves(model, contacts, order[0], 0));
-        let body = Body { mover, minv: mover.minv.into(), vel: mover.vel.into(), side };
-        let mut acc: Six = mover.acc.into();
+        let first = &contacts[order[0] as usize];
+        let sign = if model.bodies[first.body[1] as usize].tree.is_some() { 1.0 } else { -1.0 };
+        let body = Body::new(mover, first, sign);
+        let smooth = Motion::new(&body.frame, &mover.acc);
+        let mut acc = smooth;
 
         // Rows and references; the last step's friction acts from the start.
-        let mut last = u32::MAX;
-        let mut frame = Mat3::zeros();
         for (point, &c) in self.points.iter_mut().zip(order) {
             let contact = &contacts[c as usize];
             let recipe = recipes.of(contact);
-            // The points of a plane share its frame.
-            if contact.geom[0] != last || model.geoms[last as usize].kind != GeomKind::Plane {
-                last = contact.geom[0];
-                frame = local_frame(contact, &body);
-            }
-            point.fill(model, contact, recipe, &frame, &body);
+            point.fill(model, contact, recipe, &body);
             for k in 1..recipe.dim {
-                add(&mut acc, &point.rows[k].heavy, point.force[k]);
+                point.push(&body, k, point.force[k], &mut acc);
             }
             counts.rows += recipe.dim;
         }
         for _ in 0..method.rounds {
-            counts.solves += self.normals(n, &mut acc);
+            counts.solves += self.normals(n, &body, &mut acc);
             for (point, &c) in self.points.iter_mut().zip(order) {
-                point.slip(method, recipes.of(&contacts[c as usize]), &mut acc);
+                point.slip(method, recipes.of(&contacts[c as usize]), &body, &mut acc);
             }
         }
         for (point, &c) in self.points.iter().zip(order) {
             contacts[c as usize].force = point.force;
         }
-        acc
+        let linear = Vec3::from_fn(|i, _| acc.linear[i] - smooth.linear[i]);
+        let linear = body.frame.tr_mul(&linear);
+        let angular = |i: usize| acc.angular[i] - smooth.angular[i];
+        Vec6::new(linear.x, linear.y, linear.z, angular(0), angular(1), angular(2))
     }
 
     /// Normal forces of all points, friction given; `acc` follows them. Returns the number of solves.
-    fn normals(&mut self, n: usize, acc: &mut Six) -> usize {
+    fn normals(&mut self, n: usize, body: &Body, acc: &mut Motion) -> usize {
         let points = &mut self.points[..n];
+        for p in points.iter_mut() {
+            p.push(body, 0, -p.force[0], acc);
+        }
         if let [p] = points {
-            let inverse = dot(&p.rows[0].jac, &p.rows[0].heavy);
-            let wanted = p.reference - dot(&p.rows[0].jac, acc) + inverse * p.force[0];
-            let force = (wanted / (inverse + p.softness)).max(0.0);
-            add(acc, &p.rows[0].heavy, force - p.force[0]);
-            p.force[0] = force;
+            let inverse = body.inverse_mass + dot(&p.jac[0], &p.heavy[0]);
+            p.force[0] = ((p.reference - p.along(0, acc)) / (inverse + p.softness)).max(0.0);
+            p.push(body, 0, p.force[0], acc);
             return 1;
         }
         let a = &mut self.a[..n * n];
         for (i, p) in points.iter().enumerate() {
-            add(acc, &p.rows[0].heavy, -p.force[0]);
             for (j, q) in points[..i].iter().enumerate() {
-                let x = dot(&p.rows[0].heavy, &q.rows[0].jac);
+                let x = body.inverse_mass + dot(&p.heavy[0], &q.jac[0]);
                 a[i * n + j] = x;
                 a[j * n + i] = x;
             }
-            a[i * n + i] = dot(&p.rows[0].heavy, &p.rows[0].jac) + p.softness;
-        }
-        for (b, p) in self.b.iter_mut().zip(points.iter()) {
-            *b = p.reference - dot(&p.rows[0].jac, acc);
+            a[i * n + i] = body.inverse_mass + dot(&p.heavy[0], &p.jac[0]) + p.softness;
+            self.b[i] = p.reference - p.along(0, acc);
         }
         let f = &mut self.f[..n];
         let solves = complementarity::solve(a, &self.b[..n], f, &mut self.pushes[..n], &mut self.factor[..n * n]);
         for (p, f) in points.iter_mut().zip(f) {
-            add(acc, &p.rows[0].heavy, *f);
+            p.push(body, 0, *f, acc);
             p.force[0] = *f;
         }
         solves
     }
 }
 
-fn moves(model: &Model, contacts: &[Contact], c: u32, side: usize) -> bool {
-    model.bodies[contacts[c as usize].body[side] as usize].tree.is_some()
-}
-
-/// The contact's directions in the body's axes, as columns; they point from the other geom to the body's.
-#[inline]
-fn local_frame(contact: &Contact, body: &Body) -> Mat3 {
-    let frame = body.mover.axes.tr_mul(&contact.frame.transpose());
-    if body.side == 1 { frame } else { -frame }
-}
-
 impl Point {
     /// Everything about a contact that the rounds need; the normal force starts from nothing.
     #[inline]
-    fn fill(&mut self, model: &Model, contact: &Contact, recipe: &Recipe, frame: &Mat3, body: &Body) {
-        let sign = if body.side == 1 { 1.0 } else { -1.0 };
-        // The body's own surface lies half the penetration beyond the contact point.
-        let normal = vec3(&[contact.frame[(0, 0)], contact.frame[(0, 1)], contact.frame[(0, 2)]]);
-        let arm = contact.pos + normal * (0.5 * sign * contact.dist) - body.mover.com;
-        let arm = body.mover.axes.tr_mul(&arm);
+    fn fill(&mut self, model: &Model, contact: &Contact, recipe: &Recipe, body: &Body) {
+        // The body's own surface lies half the penetration beyond the contact point, along D's normal.
+        let normal = body.frame.row(0).transpose();
+        let arm = body.axes.tr_mul(&(contact.pos + normal * (0.5 * contact.dist) - body.com));
         let dim = recipe.dim;
         for k in 0..dim {
-            let local = vec3(frame.column(k % 3).as_slice());
-            let (lin, ang) = if k < 3 {
-                let row = contact.frame.row(k);
-                (Vec3::new(row[0], row[1], row[2]) * sign, arm.cross(&local))
-            } else {
-                (Vec3::zeros(), local)
-            };
-            let jac = [lin.x, lin.y, lin.z, ang.x, ang.y, ang.z];
-            let heavy = std::array::from_fn(|i| jac[i] * body.minv[i]);
-            self.rows[k] = Row { jac, heavy, velocity: dot(&jac, &body.vel) };
+            let p = body.local.row(k % 3).transpose();
+            let x = if k < 3 { arm.cross(&p) } else { p };
+            self.jac[k] = [x.x, x.y, x.z, 0.0];
+            self.heavy[k] = std::array::from_fn(|i| self.jac[k][i] * body.inverse_inertia[i]);
+            self.velocity[k] = self.along(k, &body.velocity);
         }
-        let rows = &self.rows;
-        let lambda = eigenvalues(dim, |k, l| dot(&rows[k].jac, &rows[l].heavy));
-        self.stiff = lambda.map(|x| 1.0 / x);
-        let inverse =
-            if model.opt.flags.diagexact { dot(&rows[0].jac, &rows[0].heavy) } else { inverse_mass(model, contact) };
-        (self.reference, self.softness) = recipe.normal(contact.dist, rows[0].velocity, inverse);
+        let compliance = |k: usize, l: usize| {
+            let linear = if k == l && k < 3 { body.inverse_mass } else { 0.0 };
+            linear + dot(&self.jac[k], &self.heavy[l])
+        };
+        self.stiff = eigenvalues(dim, compliance).map(|x| 1.0 / x);
+        let inverse = if model.opt.flags.diagexact { compliance(0, 0) } else { inverse_mass(model, contact) };
+        (self.reference, self.softness) = recipe.normal(contact.dist, self.velocity[0], inverse);
         self.force = contact.force;
         self.force[0] = 0.0;
     }
 
-    /// Lets friction oppose the slip, the normal given. Rolling and spinning first: sliding has the last word.
-    #[inline]
-    fn slip(&mut self, method: &Method, recipe: &Recipe, acc: &mut Six) {
-        if recipe.dim >= 6 {
-            self.slip_piece::<2>(4, method, recipe, self.stiff[2], acc);
+    /// J_k · motion
+    #[inline(always)]
+    fn along(&self, k: usize, motion: &Motion) -> f64 {
+        let linear = if k < 3 { motion.linear[k] } else { 0.0 };
+        linear + dot(&self.jac[k], &motion.angular)
+    }
+
+    /// acc += M⁻¹ J_kᵀ f
+    #[inline(always)]
+    fn push(&self, body: &Body, k: usize, f: f64, acc: &mut Motion) {
+        if k < 3 {
+            acc.linear[k] += body.inverse_mass * f;
         }
-        if recipe.dim >= 4 {
-            self.slip_piece::<1>(3, method, recipe, self.stiff[1], acc);
-        }
-        if recipe.dim >= 3 {
-            self.slip_piece::<2>(1, method, recipe, self.stiff[0], acc);
+        for i in 0..4 {
+            acc.angular[i] += self.heavy[k][i] * f;
         }
     }
 
+    /// Lets friction oppose the slip, the normal given. Rolling and spinning first: sliding has the last word.
+    #[inline]
+    fn slip(&mut self, method: &Method, recipe: &Recipe, body: &Body, acc: &mut Motion) {
+        if recipe.dim >= 6 {
+            self.slip_piece::<2, 4>(method, recipe, self.stiff[2], body, acc);
+        }
+        if recipe.dim >= 4 {
+            self.slip_piece::<1, 3>(method, recipe, self.stiff[1], body, acc);
+        }
+        if recipe.dim >= 3 {
+            self.slip_piece::<2, 1>(method, recipe, self.stiff[0], body, acc);
+        }
+    }
+
+    /// [`Point::slip`] for the N rows from FIRST on.
     #[inline(always)]
-    fn slip_piece<const N: usize>(
+    fn slip_piece<const N: usize, const FIRST: usize>(
         &mut self,
-        first: usize,
         method: &Method,
         recipe: &Recipe,
         stiff: f64,
-        acc: &mut Six,
+        body: &Body,
+        acc: &mut Motion,
     ) {
-        let force: [f64; N] = piece(&self.force, first);
-        let velocity = std::array::from_fn(|k| self.rows[first + k].velocity);
-        let along = std::array::from_fn(|k| dot(&self.rows[first + k].jac, acc));
-        let limits = piece(&recipe.per_limit, first - 1);
-        let next = friction::<N>(method, self.force[0], limits, stiff, force, velocity, along);
+        let force: [f64; N] = piece(&self.force, FIRST);
+        let velocity = piece(&self.velocity, FIRST);
+        let along = std::array::from_fn(|k| self.along(FIRST + k, acc));
+        let per_limit = piece(&recipe.per_limit, FIRST - 1);
+        let next = friction::<N>(method, self.force[0], per_limit, stiff, force, velocity, along);
         for k in 0..N {
-            add(acc, &self.rows[first + k].heavy, next[k] - force[k]);
-            self.force[first + k] = next[k];
+            self.push(body, FIRST + k, next[k] - force[k], acc);
+            self.force[FIRST + k] = next[k];
         }
     }
 }
 
 #[inline(always)]
-fn dot(a: &Six, b: &Six) -> f64 {
-    // Two lanes of three.
-    (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
-}
-
-/// acc += M⁻¹ Jᵀ f
-#[inline(always)]
-fn add(acc: &mut Six, heavy: &Six, f: f64) {
-    for k in 0..6 {
-        acc[k] += heavy[k] * f;
-    }
+fn dot(a: &Four, b: &Four) -> f64 {
+    (a[0] * b[0] + a[2] * b[2]) + (a[1] * b[1] + a[3] * b[3])
 }

@@ -27,7 +27,7 @@
 //!
 //! **One round** is the normals with the friction of the step before, then friction with these normals. Both
 //! start from the last step's forces, so that in steady motion one round is exact. A free body that touches only
-//! what never moves is solved on its own ([`lone`]); trees that touch each other take turns ([`coupled`]), and
+//! one plane is solved on its own (`lone`); trees that touch each other take turns (`coupled`), and
 //! `rounds` buys accuracy.
 
 mod coupled;
@@ -38,7 +38,6 @@ use super::Law;
 use crate::data::{Contact, Data};
 use crate::dynamics::free;
 use crate::forward::Method;
-use crate::math::Vec6;
 use crate::model::Model;
 use crate::state::{State, Warm};
 
@@ -74,8 +73,9 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
             continue;
         };
         let root = tree.bodies.start;
-        let acc = lone.solve(model, method, recipes, &blocks.order[block.range()], &movers[root], contacts, counts);
-        let change = free::generalized(free, &xmat[root], &(Vec6::from(acc) - movers[root].acc));
+        let order = &blocks.order[block.range()];
+        let change = lone.solve(model, method, recipes, order, &movers[root], contacts, counts);
+        let change = free::generalized(free, &xmat[root], &change);
         for (qacc, change) in qacc[tree.dofs.clone()].iter_mut().zip(change.iter()) {
             *qacc += change;
         }
@@ -115,7 +115,7 @@ struct Block {
     end: u32,
     /// The trees that touch, the lower first; `NONE` for what never moves.
     trees: [u32; 2],
-    /// One free body that touches nothing else that moves.
+    /// One free body that touches nothing else that moves, all contacts in one frame.
     lone: bool,
 }
 
@@ -157,7 +157,10 @@ impl Blocks {
         }
         for block in &mut self.all {
             let [a, b] = block.trees;
-            block.lone = b == NONE && self.of_tree[a as usize] == 1 && model.trees[a as usize].free.is_some();
+            let apart = b == NONE && self.of_tree[a as usize] == 1 && model.trees[a as usize].free.is_some();
+            let frame = |c: &u32| &contacts[*c as usize].frame;
+            let own = &self.order[block.range()];
+            block.lone = apart && own.iter().all(|c| frame(c) == frame(&own[0]));
         }
     }
 }
