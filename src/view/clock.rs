@@ -15,11 +15,16 @@ const LONGEST_FRAME: f64 = 0.1;
 
 impl Default for Clock {
     fn default() -> Clock {
-        Clock { speed: 1.0, rest: 0.0 }
+        Clock::at(1.0)
     }
 }
 
 impl Clock {
+    /// A clock that lets this many simulated seconds pass in a second.
+    pub fn at(speed: f64) -> Clock {
+        Clock { speed, rest: 0.0 }
+    }
+
     /// Steps to take now that `elapsed` seconds have passed.
     pub fn steps(&mut self, elapsed: f64, timestep: f64) -> usize {
         self.rest += elapsed.clamp(0.0, LONGEST_FRAME) * self.speed;

@@ -205,7 +205,7 @@ impl Stage {
             return false;
         }
         self.step_ghost();
-        self.history.record(&mut self.session, self.controls.body, &self.ghost);
+        self.history.record(&self.session, self.controls.body, &self.ghost);
         self.referee();
         true
     }

@@ -118,8 +118,7 @@ fn the_clock_hands_out_all_time_whatever_the_frames() {
         // Rounding may hold back the very last step.
         assert!((599..=600).contains(&steps), "{frames} frames gave {steps} steps");
     }
-    let mut clock = Clock::default();
-    clock.speed = 100.0;
+    let mut clock = Clock::at(100.0);
     assert_eq!(clock.steps(0.01, 0.001), 1000, "fast forward");
     assert!(clock.steps(60.0, 0.001) <= 10_000, "a stall is not caught up with");
 }

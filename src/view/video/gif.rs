@@ -73,7 +73,7 @@ impl Gif {
         self.encoder.write_frame(&frame).map_err(|e| failed(&self.path, e))
     }
 
-    pub fn finish(self: Box<Gif>) -> Result<(), String> {
+    pub fn finish(self) -> Result<(), String> {
         let path = self.path;
         let file = self.encoder.into_inner().map_err(|e| failed(&path, e))?;
         file.into_inner().map(drop).map_err(|e| failed(&path, e))
