@@ -80,7 +80,7 @@ pub struct Data {
     // Scratch of the contact laws and of `implicit-euler`.
     pub rows: Rows,
     pub penalty: penalty::Scratch,
-    pub mujoco: mujoco::Scratch,
+    pub mujoco: Option<Box<mujoco::Scratch>>,
     pub newton: Newton,
 }
 
@@ -221,7 +221,7 @@ impl Data {
             qfrc_constraint: zeros,
             counts: Counts::default(),
             solver: Outcome::default(),
-            mujoco: mujoco::Scratch::default(),
+            mujoco: None,
             rows: Rows::default(),
             penalty: penalty::Scratch::default(),
             newton: Newton::default(),

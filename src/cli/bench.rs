@@ -39,6 +39,9 @@ const BUDGET: Duration = Duration::from_millis(100);
 const LEAST_BATCHES: usize = 15;
 /// Steps of a batch at most: further from the kept state it would no longer be typical.
 const LARGEST_BATCH: usize = 1000;
+/// Steps that show whether a method is worth waiting for, and how long they may take.
+const TRIAL: usize = 5;
+const PATIENCE: Duration = Duration::from_millis(100);
 /// Wall time that a batch should take.
 const BATCH: Duration = Duration::from_millis(2);
 
@@ -56,7 +59,14 @@ enum Source {
     Text(String),
 }
 
-/// What was measured of one method on one scene.
+/// What came of one method on one scene.
+enum Outcome {
+    Measured(Measured),
+    Diverges,
+    /// ns a step, roughly.
+    TooSlow(f64),
+}
+
 struct Measured {
     /// Medians, ns a step.
     ours: f64,
@@ -68,6 +78,9 @@ struct Measured {
 }
 
 pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
+    if cfg!(debug_assertions) {
+        eprintln!("note: this is a development build; cargo run --release -- bench measures the real speed\n");
+    }
     let mut mujoco = args.against.as_ref().map(|_| MuJoCo::start()).transpose()?;
     for case in cases(args)? {
         eprintln!("{}: {}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
@@ -81,8 +94,9 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
                 let method = Method { contact, integrator, ..args.method.method(&case.model)? };
                 let mut row = vec![contact.name.to_owned(), integrator.name.to_owned()];
                 row.extend(match measure(&case, &method, mujoco.as_mut(), allocations)? {
-                    Some(measured) => cells(&measured),
-                    None => vec!["diverges".to_owned()],
+                    Outcome::Measured(measured) => cells(&measured),
+                    Outcome::Diverges => vec!["diverges".to_owned()],
+                    Outcome::TooSlow(ns) => vec![format!("about {}", si(ns * 1e-9, "s"))],
                 });
                 rows.push(row);
             }
@@ -111,13 +125,13 @@ fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
     args.scenes.iter().map(case).collect()
 }
 
-/// Measures one method. `None` if it diverges on the way.
+/// Measures one method.
 fn measure(
     case: &Case,
     method: &Method,
     mut mujoco: Option<&mut MuJoCo>,
     allocations: fn() -> usize,
-) -> Result<Option<Measured>, Failure> {
+) -> Result<Outcome, Failure> {
     let model = &case.model;
     let (mut state, mut data) = (case.start.clone(), Data::new(model));
     let mut advance = |state: &mut State, n: usize| {
@@ -127,9 +141,14 @@ fn measure(
     };
 
     let warm_up = (WARM_UP / method.timestep).ceil() as usize;
-    let Some(pace) = advance(&mut state, warm_up) else { return Ok(None) };
+    let trial = TRIAL.min(warm_up);
+    let Some(pace) = advance(&mut state, trial) else { return Ok(Outcome::Diverges) };
+    if pace > PATIENCE {
+        return Ok(Outcome::TooSlow(pace.as_nanos() as f64 / trial as f64));
+    }
+    let Some(pace) = advance(&mut state, warm_up - trial) else { return Ok(Outcome::Diverges) };
     let kept = state.clone();
-    let steps = (BATCH.as_secs_f64() / (pace.as_secs_f64() / warm_up as f64)) as usize;
+    let steps = (BATCH.as_secs_f64() / (pace.as_secs_f64() / (warm_up - trial).max(1) as f64)) as usize;
     let steps = steps.clamp(10, LARGEST_BATCH);
     if let Some(mujoco) = mujoco.as_deref_mut() {
         let scene = match &case.source {
@@ -143,7 +162,7 @@ fn measure(
     // Once unmeasured, for the caches; and for what each batch leaves behind.
     let before = allocations();
     if advance(&mut state, steps).is_none() {
-        return Ok(None);
+        return Ok(Outcome::Diverges);
     }
     let allocated = allocations() - before;
     let hash = hash(&state);
@@ -152,14 +171,14 @@ fn measure(
     let began = Instant::now();
     while ours.len() < LEAST_BATCHES || began.elapsed() < BUDGET {
         state.clone_from(&kept);
-        let Some(time) = advance(&mut state, steps) else { return Ok(None) };
+        let Some(time) = advance(&mut state, steps) else { return Ok(Outcome::Diverges) };
         ours.push(time.as_nanos() as f64 / steps as f64);
         if let Some(mujoco) = mujoco.as_deref_mut() {
             theirs.push(mujoco.batch(steps)? / steps as f64);
         }
     }
     let contacts = data.contacts.len();
-    Ok(Some(Measured {
+    Ok(Outcome::Measured(Measured {
         ours: median(ours),
         theirs: (!theirs.is_empty()).then(|| median(theirs)),
         contacts,

@@ -25,7 +25,8 @@ pub fn check(args: &Args) -> Result<(), Failure> {
                     count(read.count, "warning", "warnings")
                 )
             }
-            Err(Failure::Problem(report) | Failure::Usage(report)) => reports.push(report),
+            Err(Failure::Problem(report)) => reports.push(report),
+            Err(other) => return Err(other),
         }
     }
     if reports.is_empty() { Ok(()) } else { Err(Failure::Problem(reports.join("\n"))) }

@@ -52,11 +52,16 @@ enum Failure {
     Problem(String),
     /// The command line asks for what cannot be: exit code 2.
     Usage(String),
+    /// Whoever read the output has enough (`| head`): nothing to say.
+    Closed,
 }
 
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Failure {
-        Failure::Problem(format!("error: {error}"))
+        match error.kind() {
+            std::io::ErrorKind::BrokenPipe => Failure::Closed,
+            _ => Failure::Problem(format!("error: {error}")),
+        }
     }
 }
 
@@ -73,7 +78,7 @@ pub fn main(allocations: fn() -> usize) -> ExitCode {
         Command::Render(args) => render::render(args),
     };
     let (text, code) = match outcome {
-        Ok(()) => return ExitCode::SUCCESS,
+        Ok(()) | Err(Failure::Closed) => return ExitCode::SUCCESS,
         Err(Failure::Problem(text)) => (text, 1),
         Err(Failure::Usage(text)) => (text, 2),
     };

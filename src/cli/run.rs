@@ -98,9 +98,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     progress.finish();
     outputs.finish()?;
-    eprint!("\n{}", table(&lines));
+    eprint!("\n{}{}", caption(&model), table(&lines));
     match failed {
         Some(diverged) => Err(Failure::Problem(report(&model, &method, &data, &diverged))),
+        None if steps == 0 => Ok(()),
         None => {
             eprintln!("\n  {}", pace(steps, method.timestep, elapsed));
             Ok(())
@@ -135,6 +136,12 @@ fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String 
 /// Joint coordinates in the table where they are few and plain; otherwise the centre of mass of all that moves.
 fn shows_joints(model: &Model) -> bool {
     model.nq <= 4 && model.joints.iter().all(|j| matches!(j.kind, JointKind::Slide | JointKind::Hinge))
+}
+
+/// Whose position and speed the table shows, where it is not plain.
+fn caption(model: &Model) -> &'static str {
+    let moving = model.bodies.iter().filter(|b| b.tree.is_some()).count();
+    if moving > 1 && !shows_joints(model) { "  position and speed of the common centre of mass\n" } else { "" }
 }
 
 fn heading(model: &Model) -> Vec<String> {
@@ -174,7 +181,7 @@ fn pace(steps: usize, timestep: f64, elapsed: Duration) -> String {
         "{} in {}: {} a step, {}× real time",
         count(steps, "step", "steps"),
         si(seconds, "s"),
-        si(seconds / steps.max(1) as f64, "s"),
+        si(seconds / steps as f64, "s"),
         short(real)
     )
 }

@@ -1,6 +1,6 @@
 //! A recording as CSV: a header line, then a line a state.
 
-use std::io::{Result, Write};
+use std::io::{Error, Result, Write};
 
 use super::{Sample, columns, row};
 use crate::model::Model;
@@ -14,15 +14,23 @@ pub struct Csv<W: Write> {
 impl<W: Write> Csv<W> {
     pub fn new(out: W, model: &Model) -> Result<Csv<W>> {
         let mut out = csv::Writer::from_writer(out);
-        out.write_record(columns(model))?;
+        out.write_record(columns(model)).map_err(plain)?;
         Ok(Csv { out })
     }
 
     pub fn write(&mut self, state: &State, sample: &Sample) -> Result<()> {
-        Ok(self.out.write_record(row(state, sample))?)
+        self.out.write_record(row(state, sample)).map_err(plain)
     }
 
     pub fn finish(mut self) -> Result<()> {
         self.out.flush()
+    }
+}
+
+/// The error of the file or pipe itself, so that its kind can be asked.
+fn plain(error: csv::Error) -> Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => Error::other(format!("{other:?}")),
     }
 }

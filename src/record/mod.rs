@@ -52,7 +52,7 @@ impl Recorder {
             moving(model).map(|b| model.bodies[b].mass * dynamics::xipos(model, data, b)).sum::<Vec3>() / self.mass;
         Sample {
             energy: energy.kinetic + energy.potential,
-            penetration: -deepest,
+            penetration: deepest.abs(),
             contacts: data.contacts.len(),
             com,
             speed: momentum.linear.norm() / self.mass,

@@ -1,7 +1,7 @@
 //! The command line, used as a user does.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// Runs `penny` in the repository's folder.
 fn penny(args: &[&str]) -> Output {
@@ -187,4 +187,23 @@ fn compare_measures_the_difference_from_mujoco() {
     }
     let text = says(&["compare", "models/pendulum.xml", "--contact", "penalty"], 0);
     assert_has(&text, &["Largest |qpos difference|", "penalty", "never", "MuJoCo"]);
+}
+
+#[test]
+fn bench_counts_no_allocation_in_a_step() {
+    let text = says(&["bench", "models/stack.xml", "--contact", "penalty", "--integrator", "semi-implicit-euler"], 0);
+    let row = text.lines().find(|l| l.contains("semi-implicit-euler")).unwrap_or_else(|| panic!("{text}"));
+    let cells: Vec<&str> = row.split_whitespace().collect();
+    // law, integrator, time and its unit, contacts, allocations, hash
+    assert_eq!((cells[0], cells.len()), ("penalty", 7), "{row}");
+    assert_eq!(cells[5], "0", "allocations: {row}");
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+    command.args(["models/box.xml", "--csv", "-"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("penny starts");
+    drop(child.stdout.take());
+    assert!(child.wait().expect("it ends").success());
 }

@@ -141,7 +141,7 @@ impl Blocks {
             for b in first + 1..end {
                 let width = self.n[self.column[b]];
                 let at = self.offset[b] - start - n * n;
-                divide_block(diagonal, n, &mut right[at..at + n * width], width);
+                divide_block(diagonal, n, &mut right[at..at + n * width]);
             }
             // Every pair of blocks (k, i), (k, j) changes block (i, j); its columns are among those of row i.
             for bi in first + 1..end {
@@ -156,7 +156,7 @@ impl Blocks {
                     }
                     let uj = &right[self.offset[bj] - start - n * n..][..n * nj];
                     let at = self.offset[target] - stop;
-                    subtract_product(&mut rest[at..at + ni * nj], ui, uj, n, ni, nj);
+                    subtract_product(&mut rest[at..at + ni * nj], ui, uj, n);
                 }
             }
         }
@@ -166,100 +166,164 @@ impl Blocks {
     pub fn divide(&self, x: &mut [f64]) {
         for k in 0..self.order.len() {
             let (n, at) = (self.n[self.order[k]], self.at[self.order[k]]);
-            let u = &self.values[self.offset[self.first[k]]..][..n * n];
-            for i in 0..n {
-                x[at + i] *= u[i * n + i];
-                let xi = x[at + i];
-                for j in i + 1..n {
-                    x[at + j] -= u[i * n + j] * xi;
-                }
-            }
+            divide_vector_transposed(self.block(self.first[k], n, n), n, &mut x[at..at + n]);
             for b in self.first[k] + 1..self.first[k + 1] {
                 let (width, to) = (self.n[self.column[b]], self.at[self.column[b]]);
-                let u = &self.values[self.offset[b]..][..n * width];
-                for i in 0..n {
-                    let xi = x[at + i];
-                    for j in 0..width {
-                        x[to + j] -= u[i * width + j] * xi;
-                    }
-                }
+                let (own, other) = two(x, at, n, to, width);
+                subtract_transposed(self.block(b, n, width), own, other);
             }
         }
         for k in (0..self.order.len()).rev() {
             let (n, at) = (self.n[self.order[k]], self.at[self.order[k]]);
             for b in self.first[k] + 1..self.first[k + 1] {
                 let (width, from) = (self.n[self.column[b]], self.at[self.column[b]]);
-                let u = &self.values[self.offset[b]..][..n * width];
-                for i in 0..n {
-                    let product: f64 = (0..width).map(|j| u[i * width + j] * x[from + j]).sum();
-                    x[at + i] -= product;
+                let (own, other) = two(x, at, n, from, width);
+                subtract_vector(self.block(b, n, width), own, other);
+            }
+            divide_vector(self.block(self.first[k], n, n), n, &mut x[at..at + n]);
+        }
+    }
+
+    fn block(&self, b: usize, n: usize, width: usize) -> &[f64] {
+        &self.values[self.offset[b]..][..n * width]
+    }
+}
+
+/// The parts of a vector that start at `a` and `b` and do not overlap.
+fn two(x: &mut [f64], a: usize, na: usize, b: usize, nb: usize) -> (&mut [f64], &mut [f64]) {
+    if a < b {
+        let (low, high) = x.split_at_mut(b);
+        (&mut low[a..a + na], &mut high[..nb])
+    } else {
+        let (low, high) = x.split_at_mut(a);
+        (&mut high[..na], &mut low[b..b + nb])
+    }
+}
+
+/// Defines a function on blocks together with its body for free bodies, nearly all there is: the compiler unrolls
+/// the loops of six.
+macro_rules! kernel {
+    ($(#[$doc:meta])* $name:ident ( $($arg:ident : $type:ty),* ) sizes ( $($n:ident = $size:expr),* ) $body:block) => {
+        $(#[$doc])*
+        fn $name($($arg: $type),*) {
+            #[inline(always)]
+            fn any($($arg: $type,)* $($n: usize),*) $body
+            let sizes = [$($size),*];
+            if sizes.iter().all(|&n| n == 6) {
+                $(let $n = 6;)*
+                any($($arg,)* $($n),*)
+            } else {
+                let [$($n),*] = sizes;
+                any($($arg,)* $($n),*)
+            }
+        }
+    };
+}
+
+kernel! {
+    /// U of a dense block, in its upper triangle; the diagonal holds 1/Uᵢᵢ.
+    factor_dense(a: &mut [f64], size: usize) sizes (n = size) {
+        let _ = size;
+        let a = &mut a[..n * n];
+        for i in 0..n {
+            for k in 0..i {
+                let factor = a[k * n + i];
+                for j in i..n {
+                    a[i * n + j] -= factor * a[k * n + j];
                 }
             }
-            let u = &self.values[self.offset[self.first[k]]..][..n * n];
-            for i in (0..n).rev() {
-                let product: f64 = (i + 1..n).map(|j| u[i * n + j] * x[at + j]).sum();
-                x[at + i] = (x[at + i] - product) * u[i * n + i];
+            let inverse = 1.0 / a[i * n + i].sqrt();
+            a[i * n + i] = inverse;
+            for j in i + 1..n {
+                a[i * n + j] *= inverse;
             }
         }
     }
 }
 
-/// U of a dense block, in its upper triangle; the diagonal holds 1/Uᵢᵢ.
-fn factor_dense(a: &mut [f64], n: usize) {
-    for i in 0..n {
-        let (above, row) = a.split_at_mut(i * n);
-        let row = &mut row[..n];
-        for k in 0..i {
-            let u = &above[k * n..(k + 1) * n];
-            let factor = u[i];
-            for j in i..n {
-                row[j] -= factor * u[j];
-            }
-        }
-        let inverse = 1.0 / row[i].sqrt();
-        row[i] = inverse;
-        for value in &mut row[i + 1..] {
-            *value *= inverse;
-        }
-    }
-}
-
-/// B = U⁻ᵀ B with B n × width.
-fn divide_block(u: &[f64], n: usize, b: &mut [f64], width: usize) {
-    for i in 0..n {
-        let (above, row) = b.split_at_mut(i * width);
-        let row = &mut row[..width];
-        for k in 0..i {
-            let factor = u[k * n + i];
-            for (value, upper) in row.iter_mut().zip(&above[k * width..(k + 1) * width]) {
-                *value -= factor * upper;
-            }
-        }
-        for value in row {
-            *value *= u[i * n + i];
-        }
-    }
-}
-
-/// C −= Aᵀ B with A n × ni, B n × nj.
-fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], n: usize, ni: usize, nj: usize) {
-    if (n, ni, nj) == (6, 6, 6) {
-        // Free bodies, nearly always: rows of fixed length.
-        let (rows, b) = (c.as_chunks_mut::<6>().0, b.as_chunks::<6>().0);
-        for (a, b) in a.as_chunks::<6>().0.iter().zip(b) {
-            for (row, factor) in rows.iter_mut().zip(a) {
-                for (value, b) in row.iter_mut().zip(b) {
-                    *value -= factor * b;
+kernel! {
+    /// B = U⁻ᵀ B with U n × n, B n × width.
+    divide_block(u: &[f64], size: usize, b: &mut [f64]) sizes (n = size, width = b.len() / size) {
+        let _ = size;
+        let (u, b) = (&u[..n * n], &mut b[..n * width]);
+        for i in 0..n {
+            for k in 0..i {
+                let factor = u[k * n + i];
+                for j in 0..width {
+                    b[i * width + j] -= factor * b[k * width + j];
                 }
             }
+            for j in 0..width {
+                b[i * width + j] *= u[i * n + i];
+            }
         }
-        return;
     }
-    for k in 0..n {
-        for i in 0..ni {
-            let factor = a[k * ni + i];
-            for j in 0..nj {
-                c[i * nj + j] -= factor * b[k * nj + j];
+}
+
+kernel! {
+    /// x = U⁻ᵀ x
+    divide_vector_transposed(u: &[f64], size: usize, x: &mut [f64]) sizes (n = size) {
+        let _ = size;
+        let (u, x) = (&u[..n * n], &mut x[..n]);
+        for i in 0..n {
+            x[i] *= u[i * n + i];
+            for j in i + 1..n {
+                x[j] -= u[i * n + j] * x[i];
+            }
+        }
+    }
+}
+
+kernel! {
+    /// x = U⁻¹ x
+    divide_vector(u: &[f64], size: usize, x: &mut [f64]) sizes (n = size) {
+        let _ = size;
+        let (u, x) = (&u[..n * n], &mut x[..n]);
+        for i in (0..n).rev() {
+            for j in i + 1..n {
+                x[i] -= u[i * n + j] * x[j];
+            }
+            x[i] *= u[i * n + i];
+        }
+    }
+}
+
+kernel! {
+    /// y = y − Uᵀ x
+    subtract_transposed(u: &[f64], x: &[f64], y: &mut [f64]) sizes (n = x.len(), width = y.len()) {
+        let (u, x, y) = (&u[..n * width], &x[..n], &mut y[..width]);
+        for i in 0..n {
+            for j in 0..width {
+                y[j] -= u[i * width + j] * x[i];
+            }
+        }
+    }
+}
+
+kernel! {
+    /// x = x − U y
+    subtract_vector(u: &[f64], x: &mut [f64], y: &[f64]) sizes (n = x.len(), width = y.len()) {
+        let (u, x, y) = (&u[..n * width], &mut x[..n], &y[..width]);
+        for i in 0..n {
+            for j in 0..width {
+                x[i] -= u[i * width + j] * y[j];
+            }
+        }
+    }
+}
+
+kernel! {
+    /// C = C − Aᵀ B with A n × ni, B n × nj.
+    subtract_product(c: &mut [f64], a: &[f64], b: &[f64], size: usize)
+    sizes (n = size, ni = a.len() / size, nj = b.len() / size) {
+        let _ = size;
+        let (c, a, b) = (&mut c[..ni * nj], &a[..n * ni], &b[..n * nj]);
+        for k in 0..n {
+            for i in 0..ni {
+                let factor = a[k * ni + i];
+                for j in 0..nj {
+                    c[i * nj + j] -= factor * b[k * nj + j];
+                }
             }
         }
     }

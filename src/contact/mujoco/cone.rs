@@ -43,13 +43,50 @@ const OUTSIDE: Zone = 0;
 const BETWEEN: Zone = 1;
 const INSIDE: Zone = 2;
 
-/// Second derivatives of s(x).
-#[expect(clippy::large_enum_variant, reason = "lives on the stack for a few lines")]
+/// Second derivatives of s(x), a symmetric matrix C.
 pub enum Curvature {
     Zero,
     Diagonal([f64; 6]),
-    /// Symmetric, the first `dim` rows and columns filled.
+    /// Diagonal, and the first row (from its second number on), which is also the first column.
+    Arrow([f64; 6], [f64; 6]),
     Full([[f64; 6]; 6]),
+}
+
+impl Curvature {
+    /// out = C J, for `rows` J of fixed length.
+    #[inline]
+    pub fn times<const N: usize>(&self, rows: &[[f64; N]], out: &mut [[f64; N]]) {
+        let add = |out: &mut [f64; N], factor: f64, row: &[f64; N]| {
+            for i in 0..N {
+                out[i] += factor * row[i];
+            }
+        };
+        for (k, out) in out.iter_mut().enumerate().take(rows.len()) {
+            *out = [0.0; N];
+            match self {
+                Curvature::Zero => {}
+                Curvature::Diagonal(d) => add(out, d[k], &rows[k]),
+                Curvature::Arrow(d, first) => {
+                    add(out, d[k], &rows[k]);
+                    if k > 0 {
+                        add(out, first[k], &rows[0]);
+                    } else {
+                        (1..rows.len()).for_each(|j| add(out, first[j], &rows[j]));
+                    }
+                }
+                Curvature::Full(full) => (0..rows.len()).for_each(|j| add(out, full[k][j], &rows[j])),
+            }
+        }
+    }
+
+    /// C, written out.
+    pub fn matrix(&self) -> [[f64; 6]; 6] {
+        let mut unit = [[0.0; 6]; 6];
+        (0..6).for_each(|i| unit[i][i] = 1.0);
+        let mut out = [[0.0; 6]; 6];
+        self.times(&unit, &mut out);
+        out
+    }
 }
 
 impl Cone {
@@ -154,6 +191,12 @@ impl Cone {
         self.d[0] / (square * (1.0 + square))
     }
 
+    /// Whether s is quadratic (or linear) throughout a zone.
+    #[inline]
+    pub fn is_quadratic(&self, zone: Zone) -> bool {
+        self.kind != Kind::Ellipse || zone != BETWEEN
+    }
+
     /// First and second derivative of s(x + α y) with respect to α.
     #[inline]
     pub fn along(&self, x: &[f64; 6], y: &[f64; 6], alpha: f64) -> (f64, f64) {
@@ -254,13 +297,7 @@ impl Cone {
         if !skew {
             return Curvature::Diagonal(diagonal);
         }
-        let mut full = [[0.0; 6]; 6];
-        for j in 0..self.dim {
-            full[0][j] = arrow[j];
-            full[j][0] = arrow[j];
-            full[j][j] = diagonal[j];
-        }
-        Curvature::Full(full)
+        Curvature::Arrow(diagonal, arrow)
     }
 
     fn curvature_of_ellipse(&self, x: &[f64; 6]) -> Curvature {
@@ -338,13 +375,7 @@ mod tests {
     fn force_is_minus_the_gradient_and_curvature_its_derivative() {
         let h = 1e-5; // truncation h² ~ 1e-10, rounding 1e-16/h ~ 1e-11
         for (cone, x) in cases() {
-            let full = match cone.curvature(&x) {
-                Curvature::Zero => [[0.0; 6]; 6],
-                Curvature::Diagonal(d) => {
-                    std::array::from_fn(|i| std::array::from_fn(|j| if i == j { d[i] } else { 0.0 }))
-                }
-                Curvature::Full(full) => full,
-            };
+            let full = cone.curvature(&x).matrix();
             let (_, force) = cost(&cone, &x);
             for j in 0..cone.dim {
                 let (mut up, mut down) = (x, x);

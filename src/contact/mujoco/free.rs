@@ -70,7 +70,10 @@ impl Space for Free<'_> {
             h[i][i] = self.m[i];
         }
         for (c, jac) in constraints.iter().zip(self.jac) {
-            add_curvature(&c.cone.curvature(&c.x), jac, c.cone.dim, &mut h);
+            let curvature = c.cone.curvature(&c.x);
+            if !matches!(curvature, Curvature::Zero) {
+                add_curvature(&curvature, &jac[..c.cone.dim], &mut h);
+            }
         }
         factor(&mut h);
         for i in 0..6 {
@@ -80,72 +83,52 @@ impl Space for Free<'_> {
     }
 }
 
-/// H += Jᵀ C J, the lower triangle.
+/// H += Jᵀ C J. Of H only the lower triangle counts; rows are added in pairs of numbers, as the machine does.
 #[inline]
-fn add_curvature(curvature: &Curvature, jac: &[Row; 6], dim: usize, h: &mut [Row; 6]) {
-    match curvature {
-        Curvature::Zero => {}
-        Curvature::Diagonal(d) => {
-            for k in 0..dim {
-                for i in 0..6 {
-                    let w = d[k] * jac[k][i];
-                    for j in 0..=i {
-                        h[i][j] += w * jac[k][j];
-                    }
-                }
-            }
-        }
-        Curvature::Full(full) => {
-            for k in 0..dim {
-                let mut row = [0.0; 6];
-                for l in 0..dim {
-                    for j in 0..6 {
-                        row[j] += full[k][l] * jac[l][j];
-                    }
-                }
-                for i in 0..6 {
-                    for j in 0..=i {
-                        h[i][j] += jac[k][i] * row[j];
-                    }
-                }
+fn add_curvature(curvature: &Curvature, jac: &[Row], h: &mut [Row; 6]) {
+    let mut product = [[0.0; 6]; 6];
+    curvature.times(jac, &mut product);
+    for (row, product) in jac.iter().zip(&product) {
+        for i in 0..6 {
+            for j in 0..(i | 1) + 1 {
+                h[i][j] += row[i] * product[j];
             }
         }
     }
 }
 
-/// Cholesky factor L of a positive definite matrix, in its lower triangle; the diagonal holds 1/Lᵢᵢ.
+/// H = L D Lᵀ: L in the lower triangle (its diagonal is 1), 1/D on the diagonal.
 #[inline]
 fn factor(h: &mut [Row; 6]) {
     for j in 0..6 {
-        let mut pivot = h[j][j];
-        for k in 0..j {
-            pivot -= h[j][k] * h[j][k];
-        }
-        let inverse = 1.0 / pivot.sqrt();
-        h[j][j] = inverse;
+        let inverse = 1.0 / h[j][j];
         for i in j + 1..6 {
-            let mut sum = h[i][j];
-            for k in 0..j {
-                sum -= h[i][k] * h[j][k];
+            let l = h[i][j] * inverse;
+            for k in j + 1..=i {
+                h[i][k] -= l * h[k][j];
             }
-            h[i][j] = sum * inverse;
         }
+        for i in j + 1..6 {
+            h[i][j] *= inverse;
+        }
+        h[j][j] = inverse;
     }
 }
 
-/// x = (L Lᵀ)⁻¹ x
+/// x = (L D Lᵀ)⁻¹ x
 #[inline]
 fn divide(l: &[Row; 6], x: &mut Row) {
-    for i in 0..6 {
-        for k in 0..i {
-            x[i] -= l[i][k] * x[k];
+    for j in 0..6 {
+        for i in j + 1..6 {
+            x[i] -= l[i][j] * x[j];
         }
+    }
+    for i in 0..6 {
         x[i] *= l[i][i];
     }
-    for i in (0..6).rev() {
-        for k in i + 1..6 {
-            x[i] -= l[k][i] * x[k];
+    for j in (0..6).rev() {
+        for i in 0..j {
+            x[i] -= l[j][i] * x[j];
         }
-        x[i] *= l[i][i];
     }
 }

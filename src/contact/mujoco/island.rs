@@ -118,10 +118,8 @@ impl Island {
             let part = Part { unit, at, n, start: self.jac.len() };
             self.jac.resize(part.start + dim * n, 0.0);
             if model.trees[tree].free.is_some() {
-                let mut jac = [[0.0; 6]; 6];
                 let mover = &data.movers[model.trees[tree].bodies.start];
-                rows::free_rows(contact, mover, sign, dim, &mut jac);
-                self.jac[part.start..].copy_from_slice(jac[..dim].as_flattened());
+                rows::free_rows(contact, mover, sign, self.jac[part.start..].as_chunks_mut::<6>().0);
             } else {
                 self.add_tree_rows(model, data, contact, side, sign, part, dim);
             }
@@ -197,25 +195,6 @@ impl Island {
         self.constraints.push(row.constraint);
     }
 
-    /// Finds where the constraints' products go in H.
-    pub fn analyse(&mut self) {
-        self.blocks.reset(self.units.iter().map(|u| u.n));
-        for p in self.parts.iter().filter(|p| p.count == 2) {
-            self.blocks.connect(p.parts[0].unit, p.parts[1].unit);
-        }
-        self.blocks.analyse();
-        for p in &mut self.parts {
-            for i in 0..p.count {
-                p.diagonal[i] = self.blocks.place(p.parts[i].unit, p.parts[i].unit).0;
-            }
-            if p.count == 2 {
-                let swapped;
-                (p.off, swapped) = self.blocks.place(p.parts[0].unit, p.parts[1].unit);
-                p.first = usize::from(swapped);
-            }
-        }
-    }
-
     /// Evaluates all constraints at the start of the vectors.
     pub fn evaluate_at_start(&mut self, model: &Model, data: &Data) {
         let (problem, vectors, constraints) = self.problem(model, data);
@@ -252,8 +231,25 @@ impl Island {
     }
 }
 
+#[inline]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
+    if let (Ok(a), Ok(b)) = (<&[f64; 6]>::try_from(a), <&[f64; 6]>::try_from(b)) {
+        // Free bodies, nearly always.
+        return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
+    }
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// y += factor x
+#[inline]
+fn add(y: &mut [f64], factor: f64, x: &[f64]) {
+    if let (Ok(y), Ok(x)) = (<&mut [f64; 6]>::try_from(&mut *y), <&[f64; 6]>::try_from(x)) {
+        for i in 0..6 {
+            y[i] += factor * x[i];
+        }
+        return;
+    }
+    y.iter_mut().zip(x).for_each(|(y, x)| *y += factor * x);
 }
 
 /// x = M⁻¹ x for one tree.
@@ -272,10 +268,12 @@ pub struct Problem<'a> {
     pub model: &'a Model,
     pub data: &'a Data,
     pub units: &'a [Unit],
-    parts: &'a [Parts],
+    parts: &'a mut [Parts],
     jac: &'a [f64],
     blocks: &'a mut Blocks,
     product: &'a mut Vec<f64>,
+    /// Whether `blocks` and the places in `parts` are this island's: a good warm start needs neither.
+    analysed: bool,
 }
 
 impl Island {
@@ -286,7 +284,7 @@ impl Island {
         data: &'a Data,
     ) -> (Problem<'a>, &'a mut Vectors<Vec<f64>>, &'a mut [Constraint]) {
         let Island { units, constraints, vectors, parts, jac, blocks, product, .. } = self;
-        (Problem { model, data, units, parts, jac, blocks, product }, vectors, constraints)
+        (Problem { model, data, units, parts, jac, blocks, product, analysed: false }, vectors, constraints)
     }
 }
 
@@ -333,11 +331,11 @@ impl Space for Problem<'_> {
     }
 
     fn multiply_j(&self, v: &Vec<f64>, into: Into, constraints: &mut [Constraint]) {
-        for (c, parts) in constraints.iter_mut().zip(self.parts) {
+        for (c, parts) in constraints.iter_mut().zip(&*self.parts) {
             for k in 0..c.cone.dim {
                 let mut sum = 0.0;
                 for part in &parts.parts[..parts.count] {
-                    sum += dot(&self.jac[part.start + k * part.n..][..part.n], &v[part.at..]);
+                    sum += dot(&self.jac[part.start + k * part.n..][..part.n], &v[part.at..][..part.n]);
                 }
                 match into {
                     Into::X => c.x[k] = sum + c.bias[k],
@@ -348,19 +346,21 @@ impl Space for Problem<'_> {
     }
 
     fn subtract_forces(&self, constraints: &[Constraint], g: &mut Vec<f64>) {
-        for (c, parts) in constraints.iter().zip(self.parts) {
+        for (c, parts) in constraints.iter().zip(&*self.parts) {
             for part in &parts.parts[..parts.count] {
                 for k in 0..c.cone.dim {
                     let row = &self.jac[part.start + k * part.n..][..part.n];
-                    for (g, j) in g[part.at..].iter_mut().zip(row) {
-                        *g -= c.force[k] * j;
-                    }
+                    add(&mut g[part.at..][..part.n], -c.force[k], row);
                 }
             }
         }
     }
 
     fn newton(&mut self, constraints: &[Constraint], g: &Vec<f64>, p: &mut Vec<f64>) {
+        if !self.analysed {
+            self.analyse();
+            self.analysed = true;
+        }
         self.fill_hessian(constraints);
         self.blocks.factor();
         p.iter_mut().zip(g).for_each(|(p, g)| *p = -g);
@@ -369,6 +369,25 @@ impl Space for Problem<'_> {
 }
 
 impl Problem<'_> {
+    /// Finds where the constraints' products go in H.
+    fn analyse(&mut self) {
+        self.blocks.reset(self.units.iter().map(|u| u.n));
+        for p in self.parts.iter().filter(|p| p.count == 2) {
+            self.blocks.connect(p.parts[0].unit, p.parts[1].unit);
+        }
+        self.blocks.analyse();
+        for p in &mut *self.parts {
+            for i in 0..p.count {
+                p.diagonal[i] = self.blocks.place(p.parts[i].unit, p.parts[i].unit).0;
+            }
+            if p.count == 2 {
+                let swapped;
+                (p.off, swapped) = self.blocks.place(p.parts[0].unit, p.parts[1].unit);
+                p.first = usize::from(swapped);
+            }
+        }
+    }
+
     /// H = M + Jᵀ s'' J
     fn fill_hessian(&mut self, constraints: &[Constraint]) {
         self.blocks.values().fill(0.0);
@@ -381,8 +400,8 @@ impl Problem<'_> {
                     .copy_from_slice(&self.data.qm[self.data.m_adr[unit.tree]..][..n * n]),
             }
         }
-        for (c, parts) in constraints.iter().zip(self.parts) {
-            self.add_curvature(c, parts);
+        for (i, c) in constraints.iter().enumerate() {
+            self.add_curvature(c, &self.parts[i].clone());
         }
     }
 
@@ -412,16 +431,15 @@ impl Problem<'_> {
 fn multiply_curvature(curvature: &Curvature, jac: &[f64], dim: usize, n: usize, out: &mut Vec<f64>) {
     out.clear();
     out.resize(dim * n, 0.0);
-    for (k, out) in out.chunks_exact_mut(n).enumerate() {
-        match curvature {
-            Curvature::Zero => {}
-            Curvature::Diagonal(d) => {
-                out.iter_mut().zip(&jac[k * n..]).for_each(|(out, j)| *out = d[k] * j);
-            }
-            Curvature::Full(full) => {
-                for (l, row) in jac.chunks_exact(n).enumerate().take(dim) {
-                    out.iter_mut().zip(row).for_each(|(out, j)| *out += full[k][l] * j);
-                }
+    if n == 6 {
+        curvature.times(jac.as_chunks::<6>().0, out.as_chunks_mut::<6>().0);
+        return;
+    }
+    let full = curvature.matrix();
+    for (out, full) in out.chunks_exact_mut(n).zip(&full) {
+        for (row, factor) in jac.chunks_exact(n).zip(full) {
+            if *factor != 0.0 {
+                out.iter_mut().zip(row).for_each(|(out, j)| *out += factor * j);
             }
         }
     }

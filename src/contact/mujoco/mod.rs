@@ -150,7 +150,8 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     if !model.opt.flags.constraint {
         return;
     }
-    let mut scratch = mem::take(&mut data.mujoco);
+    // A pointer moves, not the buffers.
+    let mut scratch = data.mujoco.take().unwrap_or_default();
     scratch.prepare(model, method.timestep);
     let single = model.trees.len() == 1 && model.trees[0].free.is_some();
     if single && scratch.limited.is_empty() && scratch.dry.is_empty() {
@@ -158,7 +159,7 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     } else {
         scratch.solve_islands(model, method, state, data);
     }
-    data.mujoco = scratch;
+    data.mujoco = Some(scratch);
 }
 
 impl Scratch {
@@ -197,7 +198,7 @@ impl Scratch {
             let (c, jac) = (&mut self.constraints[used], &mut self.jac[used]);
             used += 1;
             let sign = if contact.body[1] as usize == body { 1.0 } else { -1.0 };
-            rows::free_rows(contact, mover, sign, recipe.dim(), jac);
+            rows::free_rows(contact, mover, sign, &mut jac[..recipe.dim()]);
             let mut v = [0.0; 6];
             for (v, row) in v.iter_mut().zip(jac.iter()).take(recipe.dim()) {
                 *v = row.iter().zip(mover.vel.iter()).map(|(j, v)| j * v).sum();
@@ -279,7 +280,6 @@ impl Scratch {
             island.add_contact(model, data, &state.qvel, contact, &self.recipes[contact.mix as usize], units);
         }
         island.start(model, data, &state.qacc_warmstart);
-        island.analyse();
         let (mut problem, vectors, constraints) = island.problem(model, data);
         let outcome = solver::minimise(&mut problem, vectors, constraints, &stop(model));
         for u in &island.units {

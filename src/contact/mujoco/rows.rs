@@ -134,7 +134,8 @@ pub fn inverse_mass(model: &Model, contact: &Contact) -> f64 {
 ///
 /// In: `sign` −1 for the body of geom 0, +1 for that of geom 1.
 #[inline]
-pub fn free_rows(contact: &Contact, mover: &Mover, sign: f64, dim: usize, jac: &mut [[f64; 6]; 6]) {
+pub fn free_rows(contact: &Contact, mover: &Mover, sign: f64, jac: &mut [[f64; 6]]) {
+    let dim = jac.len();
     let lever = contact.pos - mover.com;
     for k in 0..dim.min(3) {
         let n = contact.frame.row(k).transpose() * sign;

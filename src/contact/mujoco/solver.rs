@@ -80,26 +80,38 @@ pub struct Outcome {
     pub residual: f64,
 }
 
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// What [`evaluate`] finds.
+struct Point {
+    /// Σ s(x)
+    cost: f64,
+    /// No constraint has moved to another piece of its cost.
+    same: bool,
+    /// All these pieces are quadratic.
+    quadratic: bool,
+}
+
 /// Evaluates all constraints at `a`.
-///
-/// Out: Σ s(x), and whether no constraint has moved to another piece of its cost.
-fn evaluate<S: Space>(space: &S, a: &S::Vector, constraints: &mut [Constraint]) -> (f64, bool) {
+#[inline]
+fn evaluate<S: Space>(space: &S, a: &S::Vector, constraints: &mut [Constraint]) -> Point {
     space.multiply_j(a, Into::X, constraints);
-    let (mut sum, mut same) = (0.0, true);
+    let mut point = Point { cost: 0.0, same: true, quadratic: true };
     for c in constraints {
         let (cost, zone) = c.cone.cost(&c.x, &mut c.force);
-        sum += cost;
-        same &= zone == c.zone;
+        point.cost += cost;
+        point.same &= zone == c.zone;
+        point.quadratic &= c.cone.is_quadratic(zone);
         c.zone = zone;
     }
-    (sum, same)
+    point
 }
 
 /// g = M (a − a₀) − Jᵀ f; returns its norm.
+#[inline]
 fn gradient<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Constraint]) -> f64 {
     v.gradient.as_mut().copy_from_slice(v.pull.as_ref());
     space.subtract_forces(constraints, &mut v.gradient);
@@ -107,6 +119,7 @@ fn gradient<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Cons
 }
 
 /// pull = M (a − a₀), by way of `p`.
+#[inline]
 fn pull<S: Space>(space: &S, v: &mut Vectors<S::Vector>) {
     for ((d, a), smooth) in v.p.as_mut().iter_mut().zip(v.a.as_ref()).zip(v.smooth.as_ref()) {
         *d = a - smooth;
@@ -128,7 +141,7 @@ pub fn minimise<S: Space>(
     let norm;
     if stop.warm {
         pull(space, v);
-        let from_constraints = evaluate(space, &v.a, constraints).0;
+        let from_constraints = evaluate(space, &v.a, constraints).cost;
         let warm_norm = scale * gradient(space, v, constraints);
         if warm_norm < stop.tolerance {
             v.mp.as_mut().copy_from_slice(v.gradient.as_ref());
@@ -138,7 +151,7 @@ pub fn minimise<S: Space>(
             }
         }
         let warm = from_constraints + 0.5 * dot(v.pull.as_ref(), v.p.as_ref());
-        let cold = evaluate(space, &v.smooth, constraints).0;
+        let cold = evaluate(space, &v.smooth, constraints).cost;
         if warm < cold {
             evaluate(space, &v.a, constraints);
             norm = warm_norm;
@@ -180,36 +193,51 @@ fn descend<S: Space>(
         if promise.is_nan() || promise <= 0.0 || (exact && stuck) {
             break;
         }
-        let alpha = line_search(space, v, constraints, promise);
+        // Most steps can be taken in full.
         for (a, p) in v.a.as_mut().iter_mut().zip(v.p.as_ref()) {
-            *a += alpha * p;
+            *a += p;
         }
-        same = evaluate(space, &v.a, constraints).1;
+        let mut point = evaluate(space, &v.a, constraints);
+        if !(point.same && point.quadratic || take_back(space, v, constraints, promise)) {
+            point = Point { same: false, ..evaluate(space, &v.a, constraints) };
+        }
         pull(space, v);
         norm = scale * gradient(space, v, constraints);
-        if 0.5 * scale * promise < stop.tolerance {
+        // A full step that stays on quadratic pieces ends at the minimum; to rounding, if the step before did too.
+        let arrived = point.same && point.quadratic;
+        if (arrived && (same || !exact)) || 0.5 * scale * promise < stop.tolerance {
             break;
         }
+        same = point.same;
         last = promise;
     }
     Outcome { iterations, residual: norm }
 }
 
-/// Step length α that minimises the cost along p: 1 on a quadratic piece.
+/// Shortens the full step that has been taken to a + α p, where α minimises the cost along p.
 ///
 ///     φ'(α) = pᵀ M (a + α p − a₀) + Σ ∂s(x + α y)/∂α = 0
 ///
 /// φ' only grows, so Newton's method within a bracket finds its zero. One percent of φ'(0) is near enough: the
 /// outer iteration does the rest.
-fn line_search<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint], promise: f64) -> f64 {
+///
+/// In:  `v.a`, `constraints` after the full step, `v.pull` before it; `promise` = −φ'(0).
+/// Out: whether the full step was right after all; if not, the constraints are to be evaluated anew.
+fn take_back<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint], promise: f64) -> bool {
     space.multiply_j(&v.p, Into::Y, constraints);
     space.multiply_m(&v.p, &mut v.mp);
     let linear = dot(v.p.as_ref(), v.pull.as_ref());
     let square = dot(v.p.as_ref(), v.mp.as_ref());
+    let near = |slope: f64| slope.abs() <= LINE_SEARCH_TOLERANCE * promise;
+    let pushed: f64 = constraints.iter().map(|c| dot(&c.force[..c.cone.dim], &c.y[..c.cone.dim])).sum();
+    if near(linear + square - pushed) {
+        return true;
+    }
+    // φ' and φ'', counted from the full step.
     let slope = |alpha: f64| {
         let (mut first, mut second) = (linear + alpha * square, square);
         for c in constraints.iter() {
-            let (f, s) = c.cone.along(&c.x, &c.y, alpha);
+            let (f, s) = c.cone.along(&c.x, &c.y, alpha - 1.0);
             first += f;
             second += s;
         }
@@ -218,7 +246,7 @@ fn line_search<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mu
     let (mut low, mut high, mut alpha) = (0.0, f64::INFINITY, 1.0);
     for _ in 0..MAX_LINE_SEARCH {
         let (first, second) = slope(alpha);
-        if first.abs() <= LINE_SEARCH_TOLERANCE * promise {
+        if near(first) {
             break;
         }
         if first < 0.0 {
@@ -232,7 +260,10 @@ fn line_search<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mu
             break;
         }
     }
-    alpha
+    for (a, p) in v.a.as_mut().iter_mut().zip(v.p.as_ref()) {
+        *a += (alpha - 1.0) * p;
+    }
+    false
 }
 
 /// Promised improvements, in (m/s²)², that may be rounding: Newton's method cannot be slow so near the minimum.
