@@ -1,4 +1,4 @@
-//! The pass-and-kick game: rules, levels, score. It watches a [`Session`](super::session::Session) step by step and
+//! The pass-and-kick game: rules, levels, score. It watches a [`Session`] step by step and
 //! knows no window.
 
 pub mod best;
