@@ -15,8 +15,10 @@ pub mod integrate;
 pub mod math;
 pub mod mjcf;
 pub mod model;
+pub mod plot;
 pub mod record;
 pub mod state;
+pub mod sweep;
 pub mod view;
 
 use std::path::Path;

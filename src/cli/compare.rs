@@ -1,15 +1,18 @@
 //! `penny compare`: a scene beside the real MuJoCo.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::Failure;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene, counterpart};
 use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
+use crate::contact::Law;
 use crate::data::Data;
 use crate::forward::{Method, step};
 use crate::model::Model;
+use crate::plot::palette::{CURVES, DASHES, INK};
+use crate::plot::{self, Axis, Figure, Layer, Line, Panel};
 use crate::state::State;
 
 #[derive(clap::Args)]
@@ -23,6 +26,9 @@ pub struct Args {
     method: MethodArgs,
     #[command(flatten)]
     start: StartArgs,
+    /// Draw the differences over time: a file that ends in .svg or .png
+    #[arg(long, value_name = "FILE", value_parser = scene::picture)]
+    plot: Option<PathBuf>,
 }
 
 /// Lines of the table over time.
@@ -100,7 +106,47 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     for (law, rollout) in laws.iter().zip(&ours).filter(|(_, r)| r.rows.len() <= steps) {
         eprintln!("  {}: diverged after {}", law.name, si(rollout.rows.len() as f64 * method.timestep, "s"));
     }
-    Ok(())
+    match &args.plot {
+        Some(file) => chart(path, &model, &method, &theirs, &laws, &ours, file),
+        None => Ok(()),
+    }
+}
+
+/// The differences over time, and the coordinate that moves most under every law.
+fn chart(
+    path: &Path,
+    model: &Model,
+    method: &Method,
+    theirs: &[Vec<f64>],
+    laws: &[&'static Law],
+    ours: &[Rollout],
+    file: &Path,
+) -> Result<(), Failure> {
+    let time = |i: usize| i as f64 * method.timestep;
+    let span = |c: usize| {
+        let ends = theirs.iter().fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(q[c]), high.max(q[c])));
+        ends.1 - ends.0
+    };
+    let widest = (0..model.nq).max_by(|&a, &b| span(a).total_cmp(&span(b))).unwrap_or(0);
+    let course = |rows: &[Vec<f64>]| rows.iter().enumerate().map(|(i, q)| [time(i), q[widest]]).collect();
+    let mut courses = vec![Layer::Line(Line::new("MuJoCo", INK, course(theirs)).wide(3.0))];
+    let mut differences = Vec::new();
+    for (i, (law, rollout)) in laws.iter().zip(ours).enumerate() {
+        let line = |points| Layer::Line(Line::new(law.name, CURVES[i], points).dashed(DASHES[i]));
+        let pairs = rollout.rows.iter().zip(theirs).enumerate();
+        differences.push(line(pairs.map(|(i, (a, b))| [time(i), worst(a, b).1]).collect()));
+        courses.push(line(course(&rollout.rows)));
+    }
+    let axis = || Axis::linear("time [s]").tight();
+    let difference = Axis { range: [Some(1e-17), None], ..Axis::log("largest |qpos difference| [m or rad]") };
+    let name = coordinate_name(model, widest);
+    let panels = vec![
+        Panel::new("Difference from MuJoCo", axis(), difference, differences),
+        Panel::new("What moves most", axis(), Axis::linear(name), courses),
+    ];
+    let how = format!("{}, h = {}; MuJoCo 4.0.0 solving to rounding", method.integrator.name, si(method.timestep, "s"));
+    let figure = Figure { panel_size: [340.0, 300.0], ..Figure::new(path.display().to_string(), how, panels) };
+    plot::save(&figure, file).map_err(|e| Failure::Problem(format!("error: {e}")))
 }
 
 /// Penny's run; it ends early where it diverges.

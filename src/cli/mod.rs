@@ -6,11 +6,13 @@ mod check;
 mod compare;
 mod explain;
 mod format;
+mod map;
 mod mujoco;
 mod play;
 mod render;
 mod run;
 mod scene;
+mod sweep;
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -44,6 +46,8 @@ enum Command {
     Play(play::Args),
     /// Pictures and videos, without a display
     Render(render::Args),
+    /// Weigh accuracy against cost of every method, or draw where the scene stays stable
+    Sweep(sweep::Args),
 }
 
 /// Why a command ended early. Each holds all that there is to say.
@@ -76,6 +80,7 @@ pub fn main(allocations: fn() -> usize) -> ExitCode {
         Command::Bench(args) => bench::bench(args, allocations),
         Command::Play(args) => play::play(args),
         Command::Render(args) => render::render(args),
+        Command::Sweep(args) => sweep::sweep(args),
     };
     let (text, code) = match outcome {
         Ok(()) | Err(Failure::Closed) => return ExitCode::SUCCESS,

@@ -15,7 +15,8 @@ use crate::data::Data;
 use crate::explain;
 use crate::forward::{Diverged, Method, step};
 use crate::model::{JointKind, Model};
-use crate::record::{Csv, Json, Recorder, Sample};
+use crate::plot;
+use crate::record::{Csv, Json, Picture, Recorder, Sample};
 use crate::state::State;
 
 #[derive(clap::Args)]
@@ -38,6 +39,9 @@ pub struct Args {
     /// Write the trajectory as JSON; `-` is standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
+    /// Draw position, energy, penetration and phase over time: a file that ends in .svg or .png
+    #[arg(long, value_name = "FILE", value_parser = scene::picture)]
+    plot: Option<PathBuf>,
 }
 
 /// Lines of the table over time.
@@ -61,6 +65,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         outputs.json = Some(Json::new(create(path)?, &model, &method)?);
     }
+    if args.plot.is_some() {
+        outputs.picture = Some(Picture::default());
+    }
     let mut recorder = Recorder::new(&model);
     let mut lines = vec![heading(&model)];
     let mut data = Data::new(&model);
@@ -74,7 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if written || listed {
             let sample = recorder.sample(&model, &state);
             if written {
-                outputs.write(&state, &sample)?;
+                outputs.write(&model, &state, &sample)?;
             }
             if listed {
                 lines.push(line(&model, &state, &sample));
@@ -97,6 +104,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.at(i, elapsed);
     }
     progress.finish();
+    if let (Some(path), Some(picture)) = (&args.plot, &outputs.picture) {
+        let how = format!("{}, {}, h = {}", method.contact.name, method.integrator.name, si(method.timestep, "s"));
+        let figure = picture.figure(&model, &args.scene.display().to_string(), &how);
+        plot::save(&figure, path).map_err(|e| Failure::Problem(format!("error: {e}")))?;
+    }
     outputs.finish()?;
     eprint!("\n{}{}", caption(&model), table(&lines));
     match failed {
@@ -215,19 +227,23 @@ fn report(model: &Model, method: &Method, data: &Data, diverged: &Diverged) -> S
 struct Outputs {
     csv: Option<Csv<Box<dyn Write>>>,
     json: Option<Json<Box<dyn Write>>>,
+    picture: Option<Picture>,
 }
 
 impl Outputs {
     fn any(&self) -> bool {
-        self.csv.is_some() || self.json.is_some()
+        self.csv.is_some() || self.json.is_some() || self.picture.is_some()
     }
 
-    fn write(&mut self, state: &State, sample: &Sample) -> io::Result<()> {
+    fn write(&mut self, model: &Model, state: &State, sample: &Sample) -> io::Result<()> {
         if let Some(csv) = &mut self.csv {
             csv.write(state, sample)?;
         }
         if let Some(json) = &mut self.json {
             json.write(state, sample)?;
+        }
+        if let Some(picture) = &mut self.picture {
+            picture.push(model, state, sample);
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Options that several commands share: which scene, computed how, started where, for how long.
 
 use std::io::IsTerminal;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
@@ -231,21 +231,27 @@ pub fn load(path: &Path) -> Result<Model, Failure> {
     Ok(read.model)
 }
 
-fn law_parser() -> impl TypedValueParser<Value = String> {
+pub fn law_parser() -> impl TypedValueParser<Value = String> {
     PossibleValuesParser::new(contact::ALL.iter().map(|l| PossibleValue::new(l.name).help(l.about)))
 }
 
-fn integrator_parser() -> impl TypedValueParser<Value = String> {
+pub fn integrator_parser() -> impl TypedValueParser<Value = String> {
     PossibleValuesParser::new(
         integrate::ALL.iter().map(|i| PossibleValue::new(i.name).help(i.about).aliases(i.mjcf.iter().copied())),
     )
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
         _ => Err("must be a number of seconds above 0".to_owned()),
     }
+}
+
+/// A file that a chart can be written to.
+pub fn picture(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if crate::plot::can_save(&path) { Ok(path) } else { Err("must end in .svg or .png".to_owned()) }
 }
 
 pub fn at_least_one(text: &str) -> Result<usize, String> {

@@ -2,9 +2,11 @@
 
 mod csv;
 mod json;
+mod picture;
 
 pub use csv::Csv;
 pub use json::Json;
+pub use picture::Picture;
 
 use crate::collision;
 use crate::data::Data;

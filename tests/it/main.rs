@@ -12,7 +12,9 @@ mod picture;
 mod reader;
 mod sim;
 mod smooth;
+mod sweep;
 mod tutorial;
+mod validation;
 mod view;
 #[cfg(feature = "play")]
 mod window;

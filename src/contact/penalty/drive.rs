@@ -39,7 +39,7 @@ impl Recipes {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn of(&self, contact: &Contact) -> &Recipe {
         &self.all[contact.mix as usize]
     }
@@ -63,7 +63,7 @@ impl Recipe {
     /// The acceleration that spring and damper ask for (m/s²), and the softness R (1/kg).
     ///
     /// In: `velocity` along the normal, m/s; `inverse_mass` A of the normal row or MuJoCo's estimate of it, 1/kg.
-    #[inline]
+    #[inline(always)]
     pub fn normal(&self, dist: f64, velocity: f64, inverse_mass: f64) -> (f64, f64) {
         let r = dist - self.margin;
         let d = impedance(&self.solimp, r);
@@ -72,7 +72,7 @@ impl Recipe {
 }
 
 /// MuJoCo's estimate of a contact's inverse mass: that of its two bodies in `qpos0`, 1/kg.
-#[inline]
+#[inline(always)]
 pub fn inverse_mass(model: &Model, contact: &Contact) -> f64 {
     let of = |side: usize| model.bodies[model.geoms[contact.geom[side] as usize].body].invweight0[0];
     of(0) + of(1)
@@ -82,7 +82,7 @@ pub fn inverse_mass(model: &Model, contact: &Contact) -> f64 {
 ///
 /// In: `normal` force; `per_limit` of the piece's rows, normal force per largest force; `stiff` = 1/λ, the inverse of
 ///     the largest eigenvalue of their block of A (kg or kg m²); `force`, `velocity` and `acceleration` along them.
-#[inline]
+#[inline(always)]
 pub fn friction<const N: usize>(
     method: &Method,
     normal: f64,
@@ -108,7 +108,7 @@ pub fn friction<const N: usize>(
 }
 
 /// The entries of one piece.
-#[inline]
+#[inline(always)]
 pub fn piece<const N: usize>(x: &[f64], first: usize) -> [f64; N] {
     std::array::from_fn(|k| x[first + k])
 }
@@ -116,14 +116,14 @@ pub fn piece<const N: usize>(x: &[f64], first: usize) -> [f64; N] {
 /// Largest eigenvalue of A on the sliding, spinning and rolling rows, as far as there are any.
 ///
 /// In: `a(k, l)` the element of A between rows k and l.
-#[inline]
+#[inline(always)]
 pub fn eigenvalues(dim: usize, a: impl Fn(usize, usize) -> f64) -> [f64; 3] {
     let pair = |k: usize| largest_eigenvalue(a(k, k), a(k + 1, k + 1), a(k, k + 1));
     [if dim >= 3 { pair(1) } else { 0.0 }, if dim >= 4 { a(3, 3) } else { 0.0 }, if dim >= 6 { pair(4) } else { 0.0 }]
 }
 
 /// Largest eigenvalue of the symmetric matrix with diagonal `a`, `b` and off-diagonal `off`.
-#[inline]
+#[inline(always)]
 fn largest_eigenvalue(a: f64, b: f64, off: f64) -> f64 {
     0.5 * (a + b) + (0.25 * (a - b) * (a - b) + off * off).sqrt()
 }

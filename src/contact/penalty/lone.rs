@@ -1,6 +1,6 @@
 //! A free body that touches one plane, or one other thing that never moves: the inner loop of most scenes.
 //!
-//! All contacts of such a body share one frame D (rows: normal and two tangents, towards the body). So take the
+//! All contacts of such a body share one frame D (rows: normal and two tangents, towards the body) and one recipe. So take the
 //! body's linear motion along D and its angular motion in principal axes P, where M is diagonal:
 //!
 //!     linear = D v,   angular = Pᵀ ω
@@ -9,7 +9,7 @@
 //! part q × p_k or p_k, with p = Pᵀ Dᵀ the frame in principal axes and q the arm of the contact there: three
 //! products a row instead of six.
 
-use super::drive::{Recipe, Recipes, eigenvalues, friction, inverse_mass, piece};
+use super::drive::{Recipe, eigenvalues, friction, inverse_mass, piece};
 use crate::contact::complementarity;
 use crate::data::{Contact, Counts, Mover};
 use crate::forward::Method;
@@ -90,7 +90,7 @@ impl Motion {
 }
 
 impl Lone {
-    /// Solves for the forces of the contacts `order`, all on one free body and in one frame.
+    /// Solves for the forces of the contacts `order`, all on one free body, in one frame and of one recipe.
     ///
     /// In:  `mover` of the body; contacts with the last step's forces.
     /// Out: the change of the body's acceleration, to be added to `mover.acc`. Writes the contacts' forces.
@@ -98,21 +98,34 @@ impl Lone {
         &mut self,
         model: &Model,
         method: &Method,
-        recipes: &Recipes,
+        recipe: &Recipe,
+        order: &[u32],
+        mover: &Mover,
+        contacts: &mut [Contact],
+        counts: &mut Counts,
+    ) -> Vec6 {
+        counts.rows += recipe.dim * order.len();
+        match recipe.dim {
+            1 => self.solve_dim::<1>(model, method, recipe, order, mover, contacts, counts),
+            3 => self.solve_dim::<3>(model, method, recipe, order, mover, contacts, counts),
+            4 => self.solve_dim::<4>(model, method, recipe, order, mover, contacts, counts),
+            _ => self.solve_dim::<6>(model, method, recipe, order, mover, contacts, counts),
+        }
+    }
+
+    /// [`Lone::solve`] for contacts of DIM rows.
+    fn solve_dim<const DIM: usize>(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        recipe: &Recipe,
         order: &[u32],
         mover: &Mover,
         contacts: &mut [Contact],
         counts: &mut Counts,
     ) -> Vec6 {
         let n = order.len();
-        if self.points.len() < n {
-            self.points.resize(n, Point::default());
-            self.a.resize(n * n, 0.0);
-            self.factor.resize(n * n, 0.0);
-            self.b.resize(n, 0.0);
-            self.f.resize(n, 0.0);
-            self.pushes.resize(n, true);
-        }
+        self.reserve(n);
         let first = &contacts[order[0] as usize];
         let sign = if model.bodies[first.body[1] as usize].tree.is_some() { 1.0 } else { -1.0 };
         let body = Body::new(mover, first, sign);
@@ -121,18 +134,15 @@ impl Lone {
 
         // Rows and references; the last step's friction acts from the start.
         for (point, &c) in self.points.iter_mut().zip(order) {
-            let contact = &contacts[c as usize];
-            let recipe = recipes.of(contact);
-            point.fill(model, contact, recipe, &body);
-            for k in 1..recipe.dim {
+            point.fill::<DIM>(model, &contacts[c as usize], recipe, &body);
+            for k in 1..DIM {
                 point.push(&body, k, point.force[k], &mut acc);
             }
-            counts.rows += recipe.dim;
         }
         for _ in 0..method.rounds {
             counts.solves += self.normals(n, &body, &mut acc);
-            for (point, &c) in self.points.iter_mut().zip(order) {
-                point.slip(method, recipes.of(&contacts[c as usize]), &body, &mut acc);
+            for point in &mut self.points[..n] {
+                point.slip::<DIM>(method, recipe, &body, &mut acc);
             }
         }
         for (point, &c) in self.points.iter().zip(order) {
@@ -142,6 +152,18 @@ impl Lone {
         let linear = body.frame.tr_mul(&linear);
         let angular = |i: usize| acc.angular[i] - smooth.angular[i];
         Vec6::new(linear.x, linear.y, linear.z, angular(0), angular(1), angular(2))
+    }
+
+    /// Room for n contacts.
+    fn reserve(&mut self, n: usize) {
+        if self.points.len() < n {
+            self.points.resize(n, Point::default());
+            self.a.resize(n * n, 0.0);
+            self.factor.resize(n * n, 0.0);
+            self.b.resize(n, 0.0);
+            self.f.resize(n, 0.0);
+            self.pushes.resize(n, true);
+        }
     }
 
     /// Normal forces of all points, friction given; `acc` follows them. Returns the number of solves.
@@ -179,12 +201,11 @@ impl Lone {
 impl Point {
     /// Everything about a contact that the rounds need; the normal force starts from nothing.
     #[inline]
-    fn fill(&mut self, model: &Model, contact: &Contact, recipe: &Recipe, body: &Body) {
+    fn fill<const DIM: usize>(&mut self, model: &Model, contact: &Contact, recipe: &Recipe, body: &Body) {
         // The body's own surface lies half the penetration beyond the contact point, along D's normal.
         let normal = body.frame.row(0).transpose();
         let arm = body.axes.tr_mul(&(contact.pos + normal * (0.5 * contact.dist) - body.com));
-        let dim = recipe.dim;
-        for k in 0..dim {
+        for k in 0..DIM {
             let p = body.local.row(k % 3).transpose();
             let x = if k < 3 { arm.cross(&p) } else { p };
             self.jac[k] = [x.x, x.y, x.z, 0.0];
@@ -195,7 +216,7 @@ impl Point {
             let linear = if k == l && k < 3 { body.inverse_mass } else { 0.0 };
             linear + dot(&self.jac[k], &self.heavy[l])
         };
-        self.stiff = eigenvalues(dim, compliance).map(|x| 1.0 / x);
+        self.stiff = eigenvalues(DIM, compliance).map(|x| 1.0 / x);
         let inverse = if model.opt.flags.diagexact { compliance(0, 0) } else { inverse_mass(model, contact) };
         (self.reference, self.softness) = recipe.normal(contact.dist, self.velocity[0], inverse);
         self.force = contact.force;
@@ -222,14 +243,14 @@ impl Point {
 
     /// Lets friction oppose the slip, the normal given. Rolling and spinning first: sliding has the last word.
     #[inline]
-    fn slip(&mut self, method: &Method, recipe: &Recipe, body: &Body, acc: &mut Motion) {
-        if recipe.dim >= 6 {
+    fn slip<const DIM: usize>(&mut self, method: &Method, recipe: &Recipe, body: &Body, acc: &mut Motion) {
+        if DIM >= 6 {
             self.slip_piece::<2, 4>(method, recipe, self.stiff[2], body, acc);
         }
-        if recipe.dim >= 4 {
+        if DIM >= 4 {
             self.slip_piece::<1, 3>(method, recipe, self.stiff[1], body, acc);
         }
-        if recipe.dim >= 3 {
+        if DIM >= 3 {
             self.slip_piece::<2, 1>(method, recipe, self.stiff[0], body, acc);
         }
     }

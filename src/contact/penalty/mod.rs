@@ -74,7 +74,8 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
         };
         let root = tree.bodies.start;
         let order = &blocks.order[block.range()];
-        let change = lone.solve(model, method, recipes, order, &movers[root], contacts, counts);
+        let recipe = recipes.of(&contacts[order[0] as usize]);
+        let change = lone.solve(model, method, recipe, order, &movers[root], contacts, counts);
         let change = free::generalized(free, &xmat[root], &change);
         for (qacc, change) in qacc[tree.dofs.clone()].iter_mut().zip(change.iter()) {
             *qacc += change;
@@ -115,7 +116,7 @@ struct Block {
     end: u32,
     /// The trees that touch, the lower first; `NONE` for what never moves.
     trees: [u32; 2],
-    /// One free body that touches nothing else that moves, all contacts in one frame.
+    /// One free body that touches nothing else that moves, all contacts of one mix and in one frame.
     lone: bool,
 }
 
@@ -158,9 +159,10 @@ impl Blocks {
         for block in &mut self.all {
             let [a, b] = block.trees;
             let apart = b == NONE && self.of_tree[a as usize] == 1 && model.trees[a as usize].free.is_some();
-            let frame = |c: &u32| &contacts[*c as usize].frame;
             let own = &self.order[block.range()];
-            block.lone = apart && own.iter().all(|c| frame(c) == frame(&own[0]));
+            let first = &contacts[own[0] as usize];
+            let alike = |c: &Contact| c.mix == first.mix && c.frame == first.frame;
+            block.lone = apart && own[1..].iter().all(|&c| alike(&contacts[c as usize]));
         }
     }
 }

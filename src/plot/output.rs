@@ -1,0 +1,110 @@
+//! A figure as a file: SVG text, or PNG bytes.
+
+use plotters::backend::{BitMapBackend, SVGBackend};
+
+use super::Figure;
+use super::canvas::{Canvas, Result, Target, UNITS};
+use super::draw::{Layout, draw};
+
+/// Pixels of a PNG per px of the page.
+const DENSITY: usize = 2;
+/// The PNG is drawn this many times larger and then averaged: plotters' thick lines have hard edges.
+const SUPERSAMPLING: usize = UNITS as usize / DENSITY;
+
+fn units(size: [f64; 2]) -> [usize; 2] {
+    // A whole number of px, so that every pixel of the PNG has all its samples.
+    size.map(|s| s.ceil() as usize * UNITS as usize)
+}
+
+pub fn svg(figure: &Figure) -> Result<String> {
+    let layout = Layout::new(figure);
+    let [width, height] = units(layout.size);
+    let mut text = String::new();
+    let mut canvas = Canvas::new(SVGBackend::with_string(&mut text, (width as u32, height as u32)), Target::Svg)?;
+    draw(figure, &layout, &mut canvas)?;
+    canvas.finish()?;
+    // The page's size in px; the coordinates inside stay in units.
+    let [w, h] = [width, height].map(|u| u / UNITS as usize);
+    Ok(text.replacen(&format!("width=\"{width}\" height=\"{height}\""), &format!("width=\"{w}\" height=\"{h}\""), 1))
+}
+
+pub fn png(figure: &Figure) -> Result<Vec<u8>> {
+    let layout = Layout::new(figure);
+    let [width, height] = units(layout.size);
+    let mut pixels = vec![0; width * height * 3];
+    let mut canvas =
+        Canvas::new(BitMapBackend::with_buffer(&mut pixels, (width as u32, height as u32)), Target::Bitmap)?;
+    draw(figure, &layout, &mut canvas)?;
+    canvas.finish()?;
+    encode(&shrink(&pixels, [width, height]), [width / SUPERSAMPLING, height / SUPERSAMPLING])
+}
+
+/// Averages squares of samples.
+fn shrink(samples: &[u8], [width, height]: [usize; 2]) -> Vec<u8> {
+    let n = SUPERSAMPLING;
+    let mut out = Vec::with_capacity(samples.len() / (n * n));
+    for y in 0..height / n {
+        for x in 0..width / n {
+            for channel in 0..3 {
+                let sample =
+                    |dy: usize, dx: usize| u32::from(samples[((y * n + dy) * width + x * n + dx) * 3 + channel]);
+                let sum: u32 =
+                    (0..n).flat_map(|dy| (0..n).map(move |dx| (dy, dx))).map(|(dy, dx)| sample(dy, dx)).sum();
+                out.push((sum / (n * n) as u32) as u8);
+            }
+        }
+    }
+    out
+}
+
+fn encode(pixels: &[u8], [width, height]: [usize; 2]) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    // So that a page at 96 px an inch prints at its size.
+    let per_metre = (96.0 * DENSITY as f64 / 0.0254) as u32;
+    let unit = png::Unit::Meter;
+    encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit }));
+    let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
+    writer.write_image_data(pixels).map_err(|e| e.to_string())?;
+    writer.finish().map_err(|e| e.to_string())?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::palette::{CURVES, MARKERS};
+    use crate::plot::{Axis, Layer, Line, Panel};
+
+    fn figure() -> Figure {
+        let points = (0..50).map(|i| [f64::from(i) * 0.1, (f64::from(i) * 0.1).sin()]).collect();
+        let line = Line::new("angle of the pendulum", CURVES[1], points).marked(MARKERS[0]);
+        Figure::new(
+            "A <title>",
+            "",
+            vec![Panel::new("", Axis::linear("t [s]"), Axis::linear("θ [rad]"), vec![Layer::Line(line)])],
+        )
+    }
+
+    #[test]
+    fn an_svg_names_its_curves_and_axes_and_keeps_text_as_text() {
+        let text = svg(&figure()).expect("the figure draws");
+        for part in ["A &lt;title&gt;", "angle of the pendulum", "t [s]", "θ [rad]", "#D55E00"] {
+            assert!(text.contains(part), "no {part}");
+        }
+    }
+
+    #[test]
+    fn a_png_has_the_pages_size_and_the_curves_colour() {
+        let bytes = png(&figure()).expect("the figure draws");
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("it fits")];
+        reader.next_frame(&mut pixels).expect("one frame");
+        let page = Layout::new(&figure()).size;
+        let info = reader.info();
+        assert_eq!([info.width as usize, info.height as usize], page.map(|s| s as usize * DENSITY));
+        assert!(pixels.chunks(3).filter(|p| **p == CURVES[1]).count() > 500, "the curve is missing");
+    }
+}
