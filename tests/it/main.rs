@@ -9,9 +9,13 @@ mod extremes;
 mod models;
 mod mujoco_law;
 mod penalty;
+mod picture;
 mod reader;
 mod sim;
 mod smooth;
 mod sweep;
 mod tutorial;
 mod validation;
+mod view;
+#[cfg(feature = "play")]
+mod window;
