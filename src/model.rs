@@ -117,6 +117,18 @@ pub enum JointKind {
 }
 
 impl JointKind {
+    /// The MJCF keyword.
+    pub fn name(self) -> &'static str {
+        match self {
+            JointKind::Free => "free",
+            JointKind::Ball => "ball",
+            JointKind::Slide => "slide",
+            JointKind::Hinge => "hinge",
+        }
+    }
+}
+
+impl JointKind {
     /// Numbers of this joint in `qpos`.
     pub fn nq(self) -> usize {
         match self {
@@ -181,6 +193,20 @@ pub enum GeomKind {
     Ellipsoid,
     Cylinder,
     Box,
+}
+
+impl GeomKind {
+    /// The MJCF keyword.
+    pub fn name(self) -> &'static str {
+        match self {
+            GeomKind::Plane => "plane",
+            GeomKind::Sphere => "sphere",
+            GeomKind::Capsule => "capsule",
+            GeomKind::Ellipsoid => "ellipsoid",
+            GeomKind::Cylinder => "cylinder",
+            GeomKind::Box => "box",
+        }
+    }
 }
 
 #[derive(Clone, Debug)]

@@ -84,19 +84,30 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     }
     eprintln!("{}", table(&rows));
 
-    let mut rows =
-        vec![["", "first above 1e-6", "where", "a step", "times MuJoCo's speed"].map(str::to_owned).to_vec()];
+    let mut rows = vec![
+        ["", "above 1e-6 from", "in", "largest", "in", "a step", "times MuJoCo's speed"].map(str::to_owned).to_vec(),
+    ];
     for (law, rollout) in laws.iter().zip(&ours) {
         let (when, what) = match first_different(rollout, &theirs) {
             Some((i, coordinate)) => (si(i as f64 * method.timestep, "s"), coordinate_name(&model, coordinate)),
             None => ("never".to_owned(), String::new()),
         };
         let n = steps.max(1) as f64;
-        let ratio = their_seconds / rollout.seconds;
-        rows.push(vec![law.name.to_owned(), when, what, si(rollout.seconds / n, "s"), short(ratio)]);
+        let (most, value) = largest_difference(rollout, &theirs);
+        rows.push(vec![
+            law.name.to_owned(),
+            when,
+            what,
+            format!("{value:.1e}"),
+            coordinate_name(&model, most),
+            si(rollout.seconds / n, "s"),
+            short(their_seconds / rollout.seconds),
+        ]);
     }
     rows.push(vec![
         "MuJoCo".into(),
+        String::new(),
+        String::new(),
         String::new(),
         String::new(),
         si(their_seconds / steps.max(1) as f64, "s"),
@@ -184,6 +195,12 @@ fn largest(ours: &Rollout, theirs: &[Vec<f64>], i: usize) -> Option<f64> {
 fn first_different(ours: &Rollout, theirs: &[Vec<f64>]) -> Option<(usize, usize)> {
     let mut pairs = ours.rows.iter().zip(theirs).map(|(a, b)| worst(a, b)).enumerate();
     pairs.find(|(_, (_, d))| *d > DIFFERENT).map(|(i, (coordinate, _))| (i, coordinate))
+}
+
+/// The coordinate that ever differs most, and by how much.
+fn largest_difference(ours: &Rollout, theirs: &[Vec<f64>]) -> (usize, f64) {
+    let steps = ours.rows.iter().zip(theirs).map(|(a, b)| worst(a, b));
+    steps.max_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, 0.0))
 }
 
 /// `qpos[2] of disk`

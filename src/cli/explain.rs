@@ -5,12 +5,13 @@ use std::path::PathBuf;
 
 use super::format::{count, short, si, table};
 use super::scene::{self, MethodArgs};
+use crate::collision::exact;
 use crate::contact::constants::{self, Spring};
 use crate::contact::{penalty, tutorial};
 use crate::explain::probe::{LARGEST, largest_timestep as probe};
 use crate::explain::{Touch, touches, weight};
 use crate::forward::Method;
-use crate::model::{Cone, GeomKind, JointKind, Mix, Model};
+use crate::model::{Cone, GeomKind, Mix, Model};
 use crate::sweep::theory;
 
 #[derive(clap::Args)]
@@ -43,18 +44,25 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
         eprint!("\n{}", timesteps(&model, &method, &args.method, &group[0]));
         eprint!("\n{}", mapping(&model, &method, &group[0]));
     }
+    eprint!("\n{}", mappings(&model, &method, &groups[0]));
     Ok(())
 }
 
-/// The plan of a scene in words: what moves, what can touch, what is left out.
+/// The plan of a scene in words: what moves, what can touch, what else a step has to compute.
 pub fn requirements(model: &Model) -> Vec<[String; 2]> {
+    let plan = &model.plan;
     let mut rows = vec![["moves".to_owned(), moves(model)], ["can touch".to_owned(), can_touch(model)]];
-    let limits = model.joints.iter().filter(|j| j.range.is_some()).count();
-    let dry = model.dofs.iter().filter(|d| d.frictionloss > 0.0).count();
+    let inexact = plan.colliders.iter().filter(|[a, b]| !exact(*a, *b)).map(shapes).collect::<Vec<_>>().join(", ");
+    if !inexact.is_empty() {
+        rows.push([String::new(), format!("contact points may differ from MuJoCo's: {inexact}")]);
+    }
     let also: Vec<String> = [
-        (limits, "joint limit", "joint limits"),
-        (dry, "joint with dry friction", "joints with dry friction"),
-        (model.actuators.len(), "actuator", "actuators"),
+        (plan.limits, "joint limit", "joint limits"),
+        (plan.springs, "spring", "springs"),
+        (plan.dampers, "damper", "dampers"),
+        (plan.frictionloss, "joint with dry friction", "joints with dry friction"),
+        (plan.armature, "joint with armature", "joints with armature"),
+        (plan.actuators, "actuator", "actuators"),
     ]
     .into_iter()
     .filter(|(n, ..)| *n > 0)
@@ -67,21 +75,21 @@ pub fn requirements(model: &Model) -> Vec<[String; 2]> {
 }
 
 fn moves(model: &Model) -> String {
-    let moving = model.bodies.iter().filter(|b| b.tree.is_some()).count();
-    let free = model.trees.iter().filter(|t| t.free.is_some()).count();
+    let plan = &model.plan;
+    if plan.moving_bodies == 0 {
+        return "nothing".to_owned();
+    }
     let mut parts = vec![
-        count(moving, "body", "bodies")
+        count(plan.moving_bodies, "body", "bodies")
             + &format!(" with {}", count(model.nv, "degree of freedom", "degrees of freedom")),
     ];
-    if free > 0 {
-        parts.push(format!(
-            "{} free (closed form)",
-            if free == model.trees.len() { "all".into() } else { free.to_string() }
-        ));
+    if plan.free_trees > 0 {
+        let all = plan.articulated_trees == 0;
+        parts.push(format!("{} free (closed form)", if all { "all".into() } else { plan.free_trees.to_string() }));
     }
     for (i, tree) in model.trees.iter().enumerate().filter(|(_, t)| t.free.is_none()) {
         let joints: Vec<&str> =
-            model.joints.iter().filter(|j| tree.bodies.contains(&j.body)).map(|j| joint_kind(j.kind)).collect();
+            model.joints.iter().filter(|j| tree.bodies.contains(&j.body)).map(|j| j.kind.name()).collect();
         let turn = if tree.rotates { "" } else { "; never turns" };
         parts.push(format!("{} on {}{turn}", body_name(model, tree.bodies.start), joints.join(" + ")));
         if i >= 5 {
@@ -93,25 +101,27 @@ fn moves(model: &Model) -> String {
 }
 
 fn can_touch(model: &Model) -> String {
-    let (listed, swept) = (&model.pairs.listed, &model.pairs.swept);
-    if listed.is_empty() && swept.is_empty() {
+    let plan = &model.plan;
+    if plan.pairs == 0 && plan.swept == 0 {
         return "nothing: a step does no contact work".to_owned();
     }
-    let mut parts = vec![count(listed.len(), "pair", "pairs")];
-    if !swept.is_empty() {
-        parts.push(format!("and {} geoms that are sorted in each step to find more", swept.len()));
+    let mut parts = vec![count(plan.pairs, "pair", "pairs")];
+    if plan.swept > 0 {
+        parts.push(format!("and {} geoms that are sorted in each step to find more", plan.swept));
     }
-    let mut kinds: Vec<String> = listed.iter().map(|p| p.geom.map(|g| kind(model.geoms[g].kind)).join("–")).collect();
-    kinds.sort();
-    kinds.dedup();
-    let condim = model.mixes.iter().map(|m| m.condim).max().unwrap_or(1);
-    let friction = match condim {
+    let friction = match plan.condim {
         1 => "no friction",
         3 => "sliding friction",
         4 => "sliding and torsional friction",
         _ => "sliding, torsional and rolling friction",
     };
-    format!("{}: {}; {friction} (condim {condim})", parts.join(" "), kinds.join(", "))
+    let kinds: Vec<String> = plan.colliders.iter().map(shapes).collect();
+    format!("{}: {}; {friction} (condim {})", parts.join(" "), kinds.join(", "), plan.condim)
+}
+
+/// "plane–box"
+fn shapes([a, b]: &[GeomKind; 2]) -> String {
+    format!("{}–{}", a.name(), b.name())
 }
 
 /// Pairs that mean the same, together.
@@ -246,26 +256,35 @@ fn timesteps(model: &Model, method: &Method, asked: &MethodArgs, touch: &Touch) 
     let integrators = asked.integrators();
     let mut rows = vec![vec!["largest stable timestep".to_owned()]];
     rows[0].extend(integrators.iter().map(|i| i.name.to_owned()));
+    let mut softens = false;
     for contact in asked.laws() {
         let mut row = vec![contact.name.to_owned()];
         row.extend(integrators.iter().map(|&integrator| {
             match probe(model, &Method { contact, integrator, ..*method }, touch) {
                 None => "–".to_owned(),
-                Some(limit) if limit >= LARGEST => "any".to_owned(),
+                Some(limit) if limit >= LARGEST => {
+                    softens |= !integrator.implicit;
+                    "any".to_owned()
+                }
                 Some(limit) => si(limit, "s"),
             }
         }));
         rows.push(row);
     }
-    table(&rows)
+    let why = "  any: with a longer step REFSAFE makes the contact softer (timeconst is at least two steps)\n";
+    table(&rows) + if softens { why } else { "" }
+}
+
+/// The tutorial's spring of all points together: they carry the whole mass.
+fn total_spring(model: &Model, method: &Method, touch: &Touch) -> Spring {
+    let point = touch.tutorial_spring(model, method.timestep);
+    let n = touch.points as f64;
+    Spring { mass: touch.mass, k: n * point.k, c: n * point.c }
 }
 
 /// What the tutorial's formula for solref would have made of the tutorial's k and c.
 fn mapping(model: &Model, method: &Method, touch: &Touch) -> String {
-    let point = touch.tutorial_spring(model, method.timestep);
-    // All points together carry the whole mass.
-    let n = touch.points as f64;
-    let spring = Spring { mass: touch.mass, k: n * point.k, c: n * point.c };
+    let spring = total_spring(model, method, touch);
     let (right, tutorial) = (spring.solref(), spring.tutorial_solref());
     let got = Spring::of_solref(spring.mass, tutorial);
     let numbers = |[tau, zeta]: [f64; 2]| format!("\"{} {}\"", short(tau), short(zeta));
@@ -292,6 +311,38 @@ fn mapping(model: &Model, method: &Method, touch: &Touch) -> String {
     text
 }
 
+/// The tutorial's formula for `solref` beside the right one, over damping ratios.
+fn mappings(model: &Model, method: &Method, group: &[Touch]) -> String {
+    let spring = total_spring(model, method, &group[0]);
+    let own = spring.zeta();
+    let mut ratios = vec![0.2, 1.0, 3.0];
+    ratios.retain(|ratio| (ratio - own).abs() > 1e-3);
+    ratios.push(own);
+    ratios.sort_by(f64::total_cmp);
+    let mut rows =
+        vec![["ζ", "timeconst = 2m/c", "the tutorial's √(m/k)", "which means", "", ""].map(str::to_owned).to_vec()];
+    for zeta in ratios {
+        let spring = Spring { c: zeta * 2.0 * (spring.k * spring.mass).sqrt(), ..spring };
+        let tutorial = spring.tutorial_solref();
+        let got = Spring::of_solref(spring.mass, tutorial);
+        rows.push(vec![
+            if zeta == own { format!("{} (as here)", short(zeta)) } else { short(zeta) },
+            si(spring.solref()[0], "s"),
+            si(tutorial[0], "s"),
+            format!("{} k", short(got.k / spring.k)),
+            format!("{} c", short(got.c / spring.c)),
+            format!("{} ω", short(got.omega() / spring.omega())),
+        ]);
+    }
+    format!(
+        "The tutorial's solref is right at a damping ratio ζ of 1 only. For m = {}, k = {} ({}):\n\n{}",
+        si(spring.mass * 1e3, "g"),
+        si(spring.k, "N/m"),
+        names(model, group),
+        table(&rows)
+    )
+}
+
 /// "ground – disk_geom", or "ground – low, middle, high".
 fn names(model: &Model, group: &[Touch]) -> String {
     const SHOWN: usize = 3;
@@ -315,30 +366,10 @@ fn names(model: &Model, group: &[Touch]) -> String {
 
 pub fn geom_name(model: &Model, geom: usize) -> String {
     let g = &model.geoms[geom];
-    if g.name.is_empty() { format!("{} {geom}", kind(g.kind)) } else { g.name.clone() }
+    if g.name.is_empty() { format!("{} {geom}", g.kind.name()) } else { g.name.clone() }
 }
 
 pub fn body_name(model: &Model, body: usize) -> String {
     let name = &model.bodies[body].name;
     if name.is_empty() { format!("body {body}") } else { name.clone() }
-}
-
-fn kind(kind: GeomKind) -> &'static str {
-    match kind {
-        GeomKind::Plane => "plane",
-        GeomKind::Sphere => "sphere",
-        GeomKind::Capsule => "capsule",
-        GeomKind::Ellipsoid => "ellipsoid",
-        GeomKind::Cylinder => "cylinder",
-        GeomKind::Box => "box",
-    }
-}
-
-fn joint_kind(kind: JointKind) -> &'static str {
-    match kind {
-        JointKind::Free => "free",
-        JointKind::Ball => "ball",
-        JointKind::Slide => "slide",
-        JointKind::Hinge => "hinge",
-    }
 }

@@ -141,6 +141,9 @@ fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String 
         };
     }
     rows.push(["step".into(), step]);
+    if !model.keyframes.is_empty() {
+        rows.push(["keyframes".into(), format!("{}: start from one with --key", scene::keys(model))]);
+    }
     let mut text = format!("{}\n", path.display());
     for [name, value] in rows {
         text += &format!("  {name:<12} {value}\n");

@@ -11,7 +11,7 @@ use crate::contact::{self, Law};
 use crate::forward::Method;
 use crate::integrate::{self, Integrator};
 use crate::mjcf;
-use crate::model::{Joint, JointKind, Model};
+use crate::model::{Joint, JointKind, Keyframe, Model};
 use crate::state::State;
 
 /// Contact law of scenes that do not name one.
@@ -131,13 +131,7 @@ fn apply_key(model: &Model, key: &str, state: &mut State) -> Result<(), Failure>
     let by_name = model.keyframes.iter().find(|k| k.name == key);
     let by_index = || key.parse::<usize>().ok().and_then(|i| model.keyframes.get(i));
     let Some(found) = by_name.or_else(by_index) else {
-        let names: Vec<String> = model
-            .keyframes
-            .iter()
-            .enumerate()
-            .map(|(i, k)| if k.name.is_empty() { i.to_string() } else { k.name.clone() })
-            .collect();
-        let has = if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", names.join(", ")) };
+        let has = if model.keyframes.is_empty() { "it has none".into() } else { format!("it has {}", keys(model)) };
         return Err(Failure::Usage(format!("error: the scene has no keyframe `{key}`: {has}")));
     };
     state.time = found.time;
@@ -145,6 +139,12 @@ fn apply_key(model: &Model, key: &str, state: &mut State) -> Result<(), Failure>
     state.qvel.clone_from(&found.qvel);
     state.ctrl.clone_from(&found.ctrl);
     Ok(())
+}
+
+/// The keyframes by name, or by number where they have none.
+pub fn keys(model: &Model) -> String {
+    let name = |(i, k): (usize, &Keyframe)| if k.name.is_empty() { i.to_string() } else { k.name.clone() };
+    model.keyframes.iter().enumerate().map(name).collect::<Vec<_>>().join(", ")
 }
 
 /// Replaces a vector of the state by what the command line gave.

@@ -260,7 +260,7 @@ fn place(geom: &spec::Geom, compiler: &spec::Compiler, log: &mut Log) -> (Vec3, 
     };
     if matches!(geom.kind, GeomKind::Plane | GeomKind::Sphere) {
         let help = "`fromto` is for capsule, cylinder, box and ellipsoid; give this one `pos`";
-        log.value_error(geom.node, "fromto", ProblemKind::FromtoShape { shape: shape(geom.kind) }, help);
+        log.value_error(geom.node, "fromto", ProblemKind::FromtoShape { shape: geom.kind.name() }, help);
         return (Vec3::zeros(), Quat::identity(), size(geom, None, log));
     }
     let between = frames::fromto(points);
@@ -306,7 +306,7 @@ fn size(geom: &spec::Geom, half: Option<f64>, log: &mut Log) -> Vec3 {
         let Some(&value) = geom.size.get(i) else {
             let needs = if half.is_some() { &needs[..1] } else { needs };
             let problem = ProblemKind::SizeMissing {
-                shape: shape(kind),
+                shape: kind.name(),
                 needs: numbers(needs.len()),
                 given: given(geom.size.len()),
             };
@@ -316,7 +316,7 @@ fn size(geom: &spec::Geom, half: Option<f64>, log: &mut Log) -> Vec3 {
         // The half-widths of a plane say only how much of it is drawn; 0 is "without end".
         let fine = value > 0.0 || (kind == GeomKind::Plane && i < 2 && value >= 0.0);
         if !fine {
-            let problem = ProblemKind::SizeNotPositive { shape: shape(kind), what, value };
+            let problem = ProblemKind::SizeNotPositive { shape: kind.name(), what, value };
             log.value_error(geom.node, "size", problem, "sizes are lengths in metres, above zero");
             return Vec3::repeat(1.0);
         }
@@ -338,18 +338,6 @@ fn bounding_radius(kind: GeomKind, size: &Vec3) -> f64 {
         GeomKind::Cylinder => size.x.hypot(size.y),
         GeomKind::Ellipsoid => size.max(),
         GeomKind::Box => size.norm(),
-    }
-}
-
-/// The MJCF keyword of a shape.
-pub fn shape(kind: GeomKind) -> &'static str {
-    match kind {
-        GeomKind::Plane => "plane",
-        GeomKind::Sphere => "sphere",
-        GeomKind::Capsule => "capsule",
-        GeomKind::Ellipsoid => "ellipsoid",
-        GeomKind::Cylinder => "cylinder",
-        GeomKind::Box => "box",
     }
 }
 

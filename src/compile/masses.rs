@@ -1,7 +1,7 @@
 //! Masses and inertia of the bodies.
 
 use super::inertia::{self, Piece};
-use super::layout::{World, label, no_direction, shape};
+use super::layout::{World, label, no_direction};
 use super::{Log, frames};
 use crate::math::{self, MIN_VAL, Mat3, Quat, Vec3};
 use crate::mjcf::{ProblemKind, Spec, spec};
@@ -173,7 +173,7 @@ fn check_moving(world: &World, id: usize, log: &mut Log) {
 }
 
 fn weightless_geoms(world: &World, id: usize) -> String {
-    let kinds: Vec<&str> = world.bodies[id].geoms.clone().map(|g| shape(world.geoms[g].kind)).collect();
+    let kinds: Vec<&str> = world.bodies[id].geoms.clone().map(|g| world.geoms[g].kind.name()).collect();
     format!(
         "its {} without weight: check `mass`, `density` and `inertiagrouprange`",
         match kinds[..] {

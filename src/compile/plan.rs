@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::collision::{collider, exact};
+use crate::collision::collider;
 use crate::model::{GeomKind, Joint, Model, Plan};
 
 pub fn plan(model: &Model) -> Plan {
@@ -48,80 +48,4 @@ fn colliders(model: &Model) -> Vec<[GeomKind; 2]> {
         found.extend(swept.range(a..).map(|&b| [a, b]).filter(|&[a, b]| collider(a, b).is_some()));
     }
     found.into_iter().collect()
-}
-
-impl Plan {
-    /// The plan in words: what is computed, and what is not needed.
-    pub fn describe(&self, model: &Model) -> Vec<String> {
-        let mut lines = Vec::new();
-        lines.push(match self.moving_bodies {
-            0 => "nothing moves".into(),
-            n => format!("{} of {} move, in {}", count(n, "body", "bodies"), model.bodies.len() - 1, self.trees()),
-        });
-        lines.push(match (self.pairs, self.swept) {
-            (0, 0) => "no contacts: nothing can touch".into(),
-            (pairs, 0) => format!("{} can touch: {}", count(pairs, "pair of geoms", "pairs of geoms"), self.shapes()),
-            (pairs, swept) => {
-                format!("{swept} geoms searched for pairs in each step, {pairs} pairs listed: {}", self.shapes())
-            }
-        });
-        let inexact: Vec<String> = self.colliders.iter().filter(|[a, b]| !exact(*a, *b)).map(names).collect();
-        if !inexact.is_empty() {
-            lines.push(format!("contact points may differ from MuJoCo's: {}", inexact.join(", ")));
-        }
-        if self.condim > 0 {
-            lines.push(format!("contacts with condim up to {}: {}", self.condim, directions(self.condim)));
-        }
-        let features = [
-            (self.limits, "joint limit", "joint limits"),
-            (self.springs, "spring", "springs"),
-            (self.dampers, "damper", "dampers"),
-            (self.frictionloss, "joint with dry friction", "joints with dry friction"),
-            (self.armature, "joint with armature", "joints with armature"),
-            (self.actuators, "actuator", "actuators"),
-        ];
-        let present: Vec<String> = features.iter().filter(|f| f.0 > 0).map(|f| count(f.0, f.1, f.2)).collect();
-        if !present.is_empty() {
-            lines.push(present.join(", "));
-        }
-        lines
-    }
-
-    fn trees(&self) -> String {
-        let mut parts = Vec::new();
-        if self.free_trees > 0 {
-            parts.push(format!("{} (closed form)", count(self.free_trees, "free tree", "free trees")));
-        }
-        if self.articulated_trees > 0 {
-            let coupling = if self.coupled { "joints couple bodies" } else { "no joints couple bodies" };
-            let trees = count(self.articulated_trees, "tree on joints", "trees on joints");
-            parts.push(format!("{trees} (inertia matrix up to {0} × {0}; {coupling})", self.largest_matrix));
-        }
-        if self.rotating_trees == 0 {
-            parts.push("nothing turns".into());
-        }
-        parts.join(", ")
-    }
-
-    fn shapes(&self) -> String {
-        self.colliders.iter().map(names).collect::<Vec<_>>().join(", ")
-    }
-}
-
-/// "plane–box"
-fn names([a, b]: &[GeomKind; 2]) -> String {
-    format!("{}–{}", super::layout::shape(*a), super::layout::shape(*b))
-}
-
-fn count(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
-}
-
-fn directions(condim: usize) -> &'static str {
-    match condim {
-        1 => "normal force only",
-        3 => "normal force and sliding friction",
-        4 => "normal force, sliding and torsional friction",
-        _ => "normal force, sliding, torsional and rolling friction",
-    }
 }
