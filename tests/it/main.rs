@@ -13,5 +13,6 @@ mod reader;
 mod sim;
 mod smooth;
 mod sweep;
+mod trade;
 mod tutorial;
 mod validation;
