@@ -19,6 +19,7 @@ pub mod plot;
 pub mod record;
 pub mod state;
 pub mod sweep;
+pub mod view;
 
 use std::path::Path;
 

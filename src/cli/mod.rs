@@ -8,6 +8,8 @@ mod explain;
 mod format;
 mod map;
 mod mujoco;
+mod play;
+mod render;
 mod run;
 mod scene;
 mod sweep;
@@ -40,6 +42,10 @@ enum Command {
     Compare(compare::Args),
     /// Measure nanoseconds per step of every law and integrator
     Bench(bench::Args),
+    /// The interactive simulator and the game
+    Play(play::Args),
+    /// Pictures and videos, without a display
+    Render(render::Args),
     /// Weigh accuracy against cost of every method, or draw where the scene stays stable
     Sweep(sweep::Args),
 }
@@ -72,6 +78,8 @@ pub fn main(allocations: fn() -> usize) -> ExitCode {
         Command::Explain(args) => explain::explain(args),
         Command::Compare(args) => compare::compare(args),
         Command::Bench(args) => bench::bench(args, allocations),
+        Command::Play(args) => play::play(args),
+        Command::Render(args) => render::render(args),
         Command::Sweep(args) => sweep::sweep(args),
     };
     let (text, code) = match outcome {

@@ -66,6 +66,11 @@ pub struct LengthArgs {
 pub struct Numbers(Vec<f64>);
 
 impl MethodArgs {
+    /// Whether the command line asks for any method of its own.
+    pub fn given(&self) -> bool {
+        self.contact.is_some() || self.integrator.is_some() || self.timestep.is_some() || self.rounds != 1
+    }
+
     /// How to compute the scene: what was asked for, else what the scene says, else the defaults.
     pub fn method(&self, model: &Model) -> Result<Method, Failure> {
         let law = self.contact.as_deref().or(model.contact_law()).unwrap_or(DEFAULT_LAW);
@@ -102,6 +107,11 @@ fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> 
 }
 
 impl StartArgs {
+    /// Whether the command line asks for any start of its own.
+    pub fn given(&self) -> bool {
+        self.key.is_some() || self.qpos.is_some() || self.qvel.is_some() || self.ctrl.is_some()
+    }
+
     /// Where the run begins.
     pub fn state(&self, model: &Model) -> Result<State, Failure> {
         let mut state = State::new(model);

@@ -268,8 +268,8 @@ fn targets_other(attribute: &str) -> bool {
 const MAX_NUMERIC: usize = 1_000_000;
 
 /// `<custom>` numerics and texts that mean something to Penny.
-pub const PENNY_NUMERICS: &[&str] = &["penny.k", "penny.c", "penny.alpha", "penny.mu", "penny.mu_roll"];
-pub const PENNY_TEXTS: &[&str] = &["penny.contact", "penny.truth"];
+pub const PENNY_NUMERICS: &[&str] = &["penny.k", "penny.c", "penny.alpha", "penny.mu", "penny.mu_roll", "penny.goal"];
+pub const PENNY_TEXTS: &[&str] = &["penny.contact", "penny.truth", "penny.level"];
 
 fn pair(item: &Item) -> Pair {
     Pair {

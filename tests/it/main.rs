@@ -9,6 +9,7 @@ mod extremes;
 mod models;
 mod mujoco_law;
 mod penalty;
+mod picture;
 mod reader;
 mod sim;
 mod smooth;
@@ -16,3 +17,6 @@ mod sweep;
 mod trade;
 mod tutorial;
 mod validation;
+mod view;
+#[cfg(feature = "play")]
+mod window;

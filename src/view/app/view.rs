@@ -1,0 +1,108 @@
+//! The 3-D picture in the window, and the mouse on it.
+
+use eframe::egui::{self, PointerButton};
+
+use super::App;
+use crate::math::Vec3;
+use crate::view::controls::Grab;
+use crate::view::paint::{Image, paint};
+use crate::view::pick;
+
+/// What a drag of the mouse's left button does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drag {
+    None,
+    Orbit,
+    /// Pulls a body in the plane through its point that faces the camera.
+    Pull {
+        body: usize,
+        point: Vec3,
+        depth: f64,
+    },
+}
+
+/// rad per point
+const ORBIT: f64 = 0.008;
+
+/// Draws the picture into all that is left of the window and returns where that is.
+pub fn show(app: &mut App, ui: &mut egui::Ui, elapsed: f64) -> egui::Rect {
+    let rect = ui.available_rect_before_wrap();
+    let response = ui.allocate_rect(rect, egui::Sense::click_and_drag());
+    let scale = ui.ctx().pixels_per_point();
+    let pixels = [(rect.width() * scale).round().max(1.0) as usize, (rect.height() * scale).round().max(1.0) as usize];
+    mouse(app, ui, &response);
+    let list = app.stage.draw();
+    let image = paint(&list, pixels[0], pixels[1], app.threads);
+    if let Some(shooting) = &mut app.shooting {
+        shooting.offer(&list, elapsed);
+    }
+    upload(app, ui.ctx(), image);
+    if let Some(texture) = &app.texture {
+        let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+        ui.painter().image(texture.id(), rect, whole, egui::Color32::WHITE);
+    }
+    rect
+}
+
+fn upload(app: &mut App, ctx: &egui::Context, image: Image) {
+    let size = [image.width, image.height];
+    let pixels = image.rgba.chunks_exact(4).map(|p| egui::Color32::from_rgb(p[0], p[1], p[2])).collect();
+    let image = egui::ColorImage::new(size, pixels);
+    match &mut app.texture {
+        Some(texture) => texture.set(image, egui::TextureOptions::NEAREST),
+        None => app.texture = Some(ctx.load_texture("scene", image, egui::TextureOptions::NEAREST)),
+    }
+}
+
+fn mouse(app: &mut App, ui: &egui::Ui, response: &egui::Response) {
+    let size = [f64::from(response.rect.width()), f64::from(response.rect.height())];
+    let at = response.interact_pointer_pos().map(|p| {
+        let p = p - response.rect.min;
+        [f64::from(p.x), f64::from(p.y)]
+    });
+    let delta = response.drag_delta();
+    let (dx, dy) = (f64::from(delta.x), f64::from(delta.y));
+    if response.drag_started_by(PointerButton::Primary) {
+        app.drag = at.map_or(Drag::None, |at| take_hold(app, at, size));
+    }
+    if response.dragged_by(PointerButton::Primary) {
+        match app.drag {
+            Drag::Orbit => app.stage.film.camera.orbit(-dx * ORBIT, dy * ORBIT),
+            Drag::Pull { body, point, depth } => {
+                if let Some(at) = at {
+                    let to = reach(app, at, size, depth);
+                    app.stage.grab(Some(Grab { body, point, to }));
+                }
+            }
+            Drag::None => {}
+        }
+    } else if app.drag != Drag::None {
+        app.drag = Drag::None;
+        app.stage.grab(None);
+    }
+    if response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle) {
+        app.stage.film.camera.pan(-dx / size[1], dy / size[1]);
+    }
+    if response.hovered() {
+        let (scroll, pinch) = ui.input(|i| (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta())));
+        app.stage.film.camera.zoom((-scroll * 0.0025).exp() / pinch);
+    }
+}
+
+/// A body under the mouse is pulled, anything else turns the camera.
+fn take_hold(app: &mut App, at: [f64; 2], size: [f64; 2]) -> Drag {
+    let stage = &app.stage;
+    let poses = stage.session.poses(1.0);
+    let camera = stage.film.eye(&poses.pos);
+    let Some(hit) = pick::pick(&stage.session.model, &poses, &camera, at, size) else { return Drag::Orbit };
+    let point = poses.quat[hit.body].inverse() * (hit.point - poses.pos[hit.body]);
+    let depth = camera.axes().forward.dot(&(hit.point - camera.axes().eye));
+    Drag::Pull { body: hit.body, point, depth }
+}
+
+/// The point under the mouse at a depth.
+fn reach(app: &App, at: [f64; 2], size: [f64; 2], depth: f64) -> Vec3 {
+    let camera = app.stage.film.eye(&app.stage.session.poses(1.0).pos);
+    let (origin, direction) = camera.ray(at, size);
+    origin + direction * (depth / direction.dot(&camera.axes().forward))
+}

@@ -1,0 +1,50 @@
+//! The best-of list, kept in the user's own data folder.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// A goal worth remembering.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    pub points: u64,
+    pub level: String,
+    /// s from the serve to the goal.
+    pub time: f64,
+    pub law: String,
+    pub seed: u64,
+}
+
+/// Entries of the list.
+const LENGTH: usize = 10;
+
+/// Where the list is kept: `$XDG_DATA_HOME/penny/best.json`, or the same under `~/.local/share` or `%APPDATA%`.
+pub fn path() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let folder = set("XDG_DATA_HOME")
+        .or_else(|| set("APPDATA"))
+        .or_else(|| set("HOME").map(|home| home.join(".local").join("share")))?;
+    Some(folder.join("penny").join("best.json"))
+}
+
+/// The list, best first; empty if there is none yet or it cannot be read.
+pub fn load(path: &Path) -> Vec<Entry> {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
+/// Adds an entry where it belongs and returns its place (from 0), or none if it is not among the best.
+pub fn insert(list: &mut Vec<Entry>, entry: Entry) -> Option<usize> {
+    let better = |e: &Entry| e.points > entry.points || (e.points == entry.points && e.time <= entry.time);
+    let place = list.iter().take_while(|e| better(e)).count();
+    list.insert(place, entry);
+    list.truncate(LENGTH);
+    (place < LENGTH).then_some(place)
+}
+
+pub fn save(path: &Path, list: &[Entry]) -> std::io::Result<()> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    std::fs::write(path, serde_json::to_string_pretty(list)?)
+}

@@ -1,0 +1,117 @@
+//! Soft shadows on planes: the outline of a convex shape, projected along the light, with a soft edge.
+
+use super::draw::{Floor, Thing};
+use super::mesh;
+use super::raster::V3;
+
+/// Texels along each side of a shadow.
+const TEXELS: usize = 40;
+
+/// How much darker a plane is under one thing, as a small picture that lies on the plane.
+pub struct Shadow {
+    /// Index into the floors.
+    pub floor: usize,
+    /// Corner and extent of the picture on the plane, in its first two axes, m.
+    pub from: [f32; 2],
+    pub size: [f32; 2],
+    texels_per_m: [f32; 2],
+    texels: Vec<f32>,
+}
+
+impl Shadow {
+    /// Shadow of `thing` on `floor` along the direction `light` (from the plane to the light, unit).
+    ///
+    /// The half-shadow is as wide as the sun's and sky's patch of light, `softness` (rad), makes it at the thing's
+    /// height. None where the thing is far above the plane or below it.
+    pub fn new(thing: &Thing, floor: usize, on: &Floor, light: &V3, softness: f32, strength: f32) -> Option<Shadow> {
+        let to_plane = on.mat.transpose();
+        let light = to_plane * light;
+        let (scale, end) = mesh::scale(thing.shape, &thing.size);
+        let (mut points, mut height, mut lowest) = (Vec::new(), 0.0f32, f32::MAX);
+        let rows = &mesh::mesh(thing.shape, 12.0).vertices;
+        for (direction, side) in rows {
+            let local = V3::from(*direction).component_mul(&scale) + V3::new(0.0, 0.0, side * end);
+            let p = to_plane * (thing.mat * local + thing.pos - on.pos);
+            height += p.z / rows.len() as f32;
+            lowest = lowest.min(p.z);
+            points.push([p.x - light.x / light.z * p.z, p.y - light.y / light.z * p.z]);
+        }
+        let hull = hull(points);
+        let extent =
+            hull.iter().map(|p| p[0]).fold(f32::MIN, f32::max) - hull.iter().map(|p| p[0]).fold(f32::MAX, f32::min);
+        if height <= 0.0 || lowest > 30.0 * extent.max(0.05) || hull.len() < 3 || !extent.is_finite() {
+            return None;
+        }
+        let blur = softness * height.max(lowest) + 0.01 * extent;
+        let fade = strength * (extent / (extent + 0.25 * lowest.max(0.0)));
+        Some(bake(&hull, floor, blur, fade))
+    }
+
+    /// How dark it is at a point of the plane: 0 to 1.
+    pub fn at(&self, u: f32, v: f32) -> f32 {
+        let x = (u - self.from[0]) * self.texels_per_m[0];
+        let y = (v - self.from[1]) * self.texels_per_m[1];
+        let last = (TEXELS - 1) as f32;
+        if !(x >= 0.0 && y >= 0.0 && x < last && y < last) {
+            return 0.0;
+        }
+        let (i, j) = (x as usize, y as usize);
+        let (fx, fy) = (x - i as f32, y - j as f32);
+        let texel = |i: usize, j: usize| self.texels[j * TEXELS + i];
+        let top = texel(i, j) * (1.0 - fx) + texel(i + 1, j) * fx;
+        let bottom = texel(i, j + 1) * (1.0 - fx) + texel(i + 1, j + 1) * fx;
+        top * (1.0 - fy) + bottom * fy
+    }
+}
+
+fn bake(hull: &[[f32; 2]], floor: usize, blur: f32, strength: f32) -> Shadow {
+    let bound = |axis: usize| {
+        let low = hull.iter().map(|p| p[axis]).fold(f32::MAX, f32::min) - 1.2 * blur;
+        let high = hull.iter().map(|p| p[axis]).fold(f32::MIN, f32::max) + 1.2 * blur;
+        (low, high - low)
+    };
+    let ((x, w), (y, h)) = (bound(0), bound(1));
+    // Unit normals of the outline's edges, pointing out.
+    let edges: Vec<[f32; 3]> = (0..hull.len())
+        .filter_map(|i| {
+            let (p, q) = (hull[i], hull[(i + 1) % hull.len()]);
+            let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
+            let length = dx.hypot(dy);
+            (length > 0.0).then(|| [dy / length, -dx / length, (dy * p[0] - dx * p[1]) / length])
+        })
+        .collect();
+    // A narrow thing cannot darken fully once the blur is wider than it is.
+    let fill = (w.min(h) / (w.min(h) + 0.8 * blur)).min(1.0);
+    let mut texels = Vec::with_capacity(TEXELS * TEXELS);
+    for j in 0..TEXELS {
+        for i in 0..TEXELS {
+            let px = x + w * i as f32 / (TEXELS - 1) as f32;
+            let py = y + h * j as f32 / (TEXELS - 1) as f32;
+            let distance = edges.iter().map(|e| e[0] * px + e[1] * py - e[2]).fold(f32::MIN, f32::max);
+            let t = (0.5 - 0.5 * distance / blur).clamp(0.0, 1.0);
+            texels.push(strength * fill * t * t * (3.0 - 2.0 * t));
+        }
+    }
+    let texels_per_m = [w, h].map(|extent| (TEXELS - 1) as f32 / extent);
+    Shadow { floor, from: [x, y], size: [w, h], texels_per_m, texels }
+}
+
+/// Convex hull, counter-clockwise (Andrew's monotone chain).
+fn hull(mut points: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let turn = |o: [f32; 2], a: [f32; 2], b: [f32; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+    let half = |points: &mut dyn Iterator<Item = [f32; 2]>| {
+        let mut chain: Vec<[f32; 2]> = Vec::new();
+        for p in points {
+            while chain.len() >= 2 && turn(chain[chain.len() - 2], chain[chain.len() - 1], p) <= 0.0 {
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut lower = half(&mut points.iter().copied());
+    lower.extend(half(&mut points.iter().rev().copied()));
+    lower
+}

@@ -1,0 +1,374 @@
+//! Playing without a window: sessions, the game, pictures, videos.
+
+use std::path::Path;
+use std::time::Duration;
+
+use penny::math::{Vec3, Vec6};
+use penny::view::camera::Camera;
+use penny::view::clock::Clock;
+use penny::view::controls::Grab;
+use penny::view::film::Film;
+use penny::view::game::{Game, LEVELS, Outcome, Rules, best, report};
+use penny::view::log::{Change, Log, Start};
+use penny::view::session::{Player, Session};
+use penny::view::stage::{Held, Stage};
+use penny::view::{open, pick, scene};
+
+const HOUR: Duration = Duration::from_secs(3600);
+
+pub fn session(path: &str) -> Session {
+    let path = Path::new(path);
+    let opened = open::open(path).unwrap_or_else(|report| panic!("{report}"));
+    open::session(opened.model, path, opened.hash, 1).expect("known law and integrator")
+}
+
+/// A session of a scene given as text.
+pub fn written(text: &str) -> Session {
+    let scene = penny::parse("test.xml", text).unwrap_or_else(|report| panic!("{report}"));
+    open::session(scene.model, Path::new("test.xml"), String::new(), 0).expect("known law and integrator")
+}
+
+const BALL: &str = r#"<mujoco><option timestep="0.001"/><worldbody><geom type="plane" size="1 1 1" friction="0.5 0.01 0.01" condim="6"/>
+    <body name="ball" pos="0 0 0.11"><freejoint/><geom type="sphere" size="0.11" mass="0.41" friction="0.5 0.01 0.01" condim="6"/></body>
+    </worldbody></mujoco>"#;
+
+/// A game played by a script at a frame rate; keys change at given times.
+fn played(fps: f64) -> Stage {
+    let mut stage = Stage::new(session("models/goal.xml"), 5, None, true);
+    for frame in 0..(2.5 * fps) as usize {
+        let time = frame as f64 / fps;
+        let forward = if (0.4..0.9).contains(&time) { 1.0 } else { 0.0 };
+        let right = if (0.7..1.0).contains(&time) { -1.0 } else { 0.0 };
+        stage.hold(Held { right, forward, turn: forward, strong: time > 0.8 });
+        if frame == (1.2 * fps) as usize {
+            stage.kick(true);
+        }
+        stage.tick(1.0 / fps, HOUR);
+    }
+    stage
+}
+
+#[test]
+fn a_recorded_session_plays_again_bit_for_bit_at_any_frame_rate() {
+    let stage = played(60.0);
+    let text = stage.session.log().to_json();
+    let log = Log::parse(&text).expect("own format");
+    assert_eq!(log, stage.session.log(), "the file keeps every bit");
+    assert!(log.inputs.len() > 4, "keys and kick were written down: {:?}", log.inputs);
+
+    for fps in [7.0, 24.0, 144.0] {
+        let again = session("models/goal.xml");
+        let again = Session::from_log(&log, again.model, &log.scene_hash).expect("same scene");
+        let mut replay = Stage::new(again, 0, None, false);
+        replay.replay(Player::new(log.clone()));
+        while !replay.paused {
+            replay.tick(1.0 / fps, HOUR);
+        }
+        assert_eq!(replay.session.state_hash(), stage.session.state_hash(), "{fps} frames a second");
+    }
+
+    let mut filmed = Session::from_log(&log, session("models/goal.xml").model, &log.scene_hash).expect("same scene");
+    let mut player = Player::new(log.clone());
+    let mut film = Film::new(&filmed, Camera::default(), None, 25.0, 1.0);
+    for i in 0..=film.frames(log.duration()) {
+        film.frame(i, &mut filmed, Some(&mut player)).expect("no divergence");
+    }
+    assert_eq!(filmed.state_hash(), stage.session.state_hash(), "in a film");
+}
+
+#[test]
+fn a_session_computes_what_a_plain_run_computes() {
+    let mut session = session("models/goal_2d.xml");
+    session
+        .change(Change::State(Start { time: 0.0, qpos: vec![0.0, 0.5, 0.0], qvel: vec![2.0, 0.0, 0.0], ctrl: vec![] }))
+        .expect("fits");
+    let (model, method, mut state) = (session.model.clone(), session.method, session.state.clone());
+    let mut data = penny::data::Data::new(&model);
+    for _ in 0..1500 {
+        session.step().expect("stable");
+        penny::forward::step(&model, &method, &mut state, &mut data).expect("stable");
+    }
+    assert_eq!(session.state.qpos, state.qpos);
+    assert_eq!(session.state.qvel, state.qvel);
+}
+
+#[test]
+fn logs_of_other_scenes_and_damaged_logs_are_refused() {
+    let log = played(30.0).session.log();
+    let other = Session::from_log(&log, session("models/goal.xml").model, "another hash");
+    assert!(other.is_err_and(|e| e.contains("not the file")));
+    assert!(Log::parse("{}").is_err());
+    assert!(
+        Log::parse(&log.to_json().replace("\"penny_run\": 1", "\"penny_run\": 9")).is_err_and(|e| e.contains("format"))
+    );
+    let mut mixed = log.clone();
+    mixed.inputs.reverse();
+    assert!(Log::parse(&mixed.to_json()).is_err_and(|e| e.contains("order")));
+    let mut short = log.clone();
+    short.start.qpos.pop();
+    let refused = Session::from_log(&short, session("models/goal.xml").model, &log.scene_hash);
+    assert!(refused.is_err_and(|e| e.contains("does not fit")));
+}
+
+#[test]
+fn the_clock_hands_out_all_time_whatever_the_frames() {
+    for frames in [7, 60, 997] {
+        let mut clock = Clock::default();
+        let steps: usize = (0..frames).map(|_| clock.steps(0.6 / frames as f64, 0.001)).sum();
+        // Rounding may hold back the very last step.
+        assert!((599..=600).contains(&steps), "{frames} frames gave {steps} steps");
+    }
+    let mut clock = Clock::at(100.0);
+    assert_eq!(clock.steps(0.01, 0.001), 1000, "fast forward");
+    assert!(clock.steps(60.0, 0.001) <= 10_000, "a stall is not caught up with");
+}
+
+#[test]
+fn keys_push_where_the_camera_looks() {
+    let mut stage = Stage::new(written(BALL), 0, None, false);
+    stage.film.camera.azimuth = 0.0;
+    stage.hold(Held { right: 1.0, ..Held::default() });
+    stage.step();
+    let push = stage.session.pushed(1);
+    assert!(push[1] < -0.5 && push[0].abs() < 1e-12, "looking along +x, right is −y: {push:?}");
+    stage.hold(Held::default());
+    stage.step();
+    assert_eq!(stage.session.pushed(1), Vec6::zeros(), "released");
+    stage.hold(Held { turn: 1.0, ..Held::default() });
+    stage.step();
+    assert!(stage.session.pushed(1)[5] > 0.0, "Q turns to the left");
+}
+
+#[test]
+fn a_kick_is_an_impulse_whatever_the_timestep() {
+    for h in [0.0005, 0.002, 0.02] {
+        let mut stage = Stage::new(written(BALL), 0, None, false);
+        stage.change(Change::Gravity([0.0; 3]));
+        stage.change(Change::Timestep(h));
+        stage.heading = Some(Vec3::x());
+        stage.kick(false);
+        (0..40).for_each(|_| assert!(stage.step()));
+        // Kicked in flight: mass times 5 m/s, exact but for rounding.
+        assert!((stage.session.ledger.impulse.x - 0.41 * 5.0).abs() < 1e-12, "h = {h}");
+    }
+}
+
+#[test]
+fn the_mouse_pulls_a_body_to_where_it_points() {
+    let mut stage = Stage::new(written(BALL), 0, None, false);
+    stage.change(Change::Gravity([0.0; 3]));
+    let to = Vec3::new(0.3, -0.2, 0.5);
+    stage.grab(Some(Grab { body: 1, point: Vec3::zeros(), to }));
+    (0..3000).for_each(|_| assert!(stage.step()));
+    let at = stage.session.data.xpos[1];
+    // 36 time constants of the critically damped spring.
+    assert!((at - to).norm() < 1e-6, "{at:?}");
+    stage.grab(None);
+    assert_eq!(stage.session.pushed(1), Vec6::zeros());
+}
+
+#[test]
+fn the_ledger_closes_and_knows_rolling_from_sliding() {
+    let mut session = written(BALL);
+    let rolling = Start {
+        time: 0.0,
+        qpos: vec![0.0, 0.0, 0.10998, 1.0, 0.0, 0.0, 0.0],
+        qvel: vec![2.0, 0.0, 0.0, 0.0, 2.0 / 0.11, 0.0],
+        ctrl: vec![],
+    };
+    session.change(Change::State(rolling)).expect("fits");
+    (0..1000).for_each(|_| session.step().expect("stable"));
+    let ledger = session.ledger.clone();
+    // Rolling friction takes δ/r · m g for each metre rolled.
+    let distance = session.state.qpos[0];
+    let expected = 0.01 / 0.11 * 0.41 * 9.81 * distance;
+    assert!((ledger.rolling / expected - 1.0).abs() < 0.03, "{} against {expected}", ledger.rolling);
+    assert!(ledger.sliding.abs() < 0.02 * ledger.rolling, "sliding {}", ledger.sliding);
+    // What is left over: the compliance of the contact as the ball settles.
+    assert!(ledger.other().abs() < 0.02 * ledger.lost(), "{ledger:?}");
+}
+
+#[test]
+fn a_scene_that_diverges_stops_and_says_so() {
+    let mut stage = Stage::new(written(BALL), 0, None, false);
+    stage.session.push(1, Vec6::new(1e300, 0.0, 0.0, 0.0, 0.0, 0.0)).expect("finite");
+    assert!(!(0..3).all(|_| {
+        let fine = stage.session.step();
+        stage.message = fine.as_ref().err().map_or_else(String::new, |d| stage.session.diverged(d));
+        fine.is_ok()
+    }));
+    assert!(stage.message.contains("diverged") && stage.message.contains("ball"), "{}", stage.message);
+    assert!(stage.session.state.qpos.iter().all(|x| x.is_finite()), "the state before the step is kept");
+}
+
+#[test]
+fn a_goal_and_a_fair_push_are_decided_to_the_millimetre() {
+    let rules = Rules::of(&session("models/goal.xml").model).expect("a goal");
+    let r = rules.radius;
+    let at = |x: f64, y: f64, z: f64| Vec3::new(x, y, z);
+    assert!(rules.may_push(&at(-1.0 - r - 1e-3, 0.0, r)), "1 mm outside of 1 m");
+    assert!(!rules.may_push(&at(-1.0 - r + 1e-3, 0.0, r)), "1 mm inside of 1 m");
+    let before = at(r - 0.02, 0.0, 0.5);
+    assert_eq!(rules.decide(&before, &at(r - 1e-3, 0.0, 0.5)), None, "1 mm short of the line");
+    assert_eq!(rules.decide(&before, &at(r + 1e-3, 0.0, 0.5)), Some(Outcome::Goal), "1 mm over the line");
+    assert_eq!(
+        rules.decide(&at(r - 0.02, 1.499, 0.5), &at(r + 0.02, 1.499, 0.5)),
+        Some(Outcome::Goal),
+        "inside the post"
+    );
+    assert_eq!(
+        rules.decide(&at(r - 0.02, 1.501, 0.5), &at(r + 0.02, 1.501, 0.5)),
+        Some(Outcome::Wide),
+        "outside the post"
+    );
+    assert_eq!(
+        rules.decide(&at(r - 0.02, 0.0, 1.999), &at(r + 0.02, 0.0, 1.999)),
+        Some(Outcome::Goal),
+        "under the bar"
+    );
+    assert_eq!(rules.decide(&at(r - 0.02, 0.0, 2.001), &at(r + 0.02, 0.0, 2.001)), Some(Outcome::Wide), "over the bar");
+    // Between two steps the ball moves sideways: what counts is where it is when it crosses.
+    assert_eq!(rules.decide(&at(r - 0.01, 1.48, 0.5), &at(r + 0.03, 1.52, 0.5)), Some(Outcome::Goal));
+}
+
+/// Serves, puts the ball somewhere with some velocity, and plays without touching a key.
+fn shot(level: usize, at: Vec3, velocity: Vec3) -> Option<Outcome> {
+    let mut stage = Stage::new(session(&format!("models/{}", LEVELS[level].scene)), 3, Some(level), true);
+    let mut start = Start::of(&stage.session.state);
+    if stage.session.model.nv == 3 {
+        (start.qpos[0], start.qpos[1]) = (at.x + 5.0, at.z - 0.2);
+        (start.qvel[0], start.qvel[1], start.qvel[2]) = (velocity.x, velocity.z, velocity.x / 0.2);
+    } else {
+        start.qpos[..3].copy_from_slice(at.as_slice());
+        start.qvel[..3].copy_from_slice(velocity.as_slice());
+        start.qvel[3..6].copy_from_slice(&[0.0; 3]);
+    }
+    stage.session.change(Change::State(start)).expect("fits");
+    for _ in 0..16_000 {
+        stage.step();
+        if let Some(outcome) = stage.game.as_ref().and_then(|g| g.outcome) {
+            return Some(outcome);
+        }
+    }
+    None
+}
+
+#[test]
+fn kicks_end_as_they_should_on_every_level() {
+    let fast = Vec3::new(10.0, 0.0, 0.0);
+    for level in [0, 1] {
+        assert_eq!(shot(level, Vec3::new(-2.0, 0.0, 0.11), fast), Some(Outcome::Goal), "straight in");
+        assert_eq!(shot(level, Vec3::new(-2.0, 1.8, 0.11), fast), Some(Outcome::Wide), "past the post");
+        assert_eq!(shot(level, Vec3::new(-2.0, 0.0, 2.4), fast), Some(Outcome::Wide), "over the bar");
+        assert_eq!(shot(level, Vec3::new(-2.0, 1.55, 0.5), fast), Some(Outcome::Stopped), "back from the post");
+        assert_eq!(
+            shot(level, Vec3::new(-3.0, 0.0, 0.11), Vec3::new(0.8, 0.0, 0.0)),
+            Some(Outcome::Stopped),
+            "too slow"
+        );
+    }
+    assert_eq!(shot(2, Vec3::new(-2.0, 1.1, 0.11), fast), Some(Outcome::Goal), "past the keeper");
+    assert_ne!(shot(2, Vec3::new(-1.2, 0.1, 0.11), fast), Some(Outcome::Goal), "at the keeper");
+    assert_eq!(shot(3, Vec3::new(-2.0, 0.0, 0.2), Vec3::new(4.0, 0.0, 0.0)), Some(Outcome::Goal), "under the bar");
+    assert_eq!(shot(3, Vec3::new(-1.0, 0.0, 1.6), Vec3::new(8.0, 0.0, 0.0)), Some(Outcome::Wide), "over the bar");
+}
+
+#[test]
+fn the_ball_cannot_be_pushed_near_the_goal_nor_anything_else_at_all() {
+    let mut stage = Stage::new(session("models/goal_keeper.xml"), 3, Some(2), true);
+    let wrench = Vec6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let game = stage.game.clone().expect("a game");
+    let keeper = stage.session.model.bodies.iter().position(|b| b.name == "keeper").expect("a keeper");
+    assert_eq!(game.allow(&stage.session, keeper, wrench), Vec6::zeros());
+    assert_eq!(game.allow(&stage.session, game.rules.ball, wrench), wrench);
+    let mut start = Start::of(&stage.session.state);
+    start.qpos[0] = -1.0 - game.rules.radius + 1e-3;
+    stage.session.change(Change::State(start)).expect("fits");
+    assert_eq!(game.allow(&stage.session, game.rules.ball, wrench), Vec6::zeros());
+}
+
+#[test]
+fn passes_follow_from_the_seed_and_roll() {
+    let pass = |seed: u64| {
+        let mut session = session("models/goal.xml");
+        let mut game = Game::new(&session, 1, seed).expect("a game");
+        game.serve(&mut session).expect("serves");
+        session.state
+    };
+    assert_eq!(pass(7), pass(7));
+    assert_ne!(pass(7).qpos, pass(8).qpos);
+    for seed in 0..200 {
+        let state = pass(seed);
+        let (v, w) = (Vec3::from_column_slice(&state.qvel[..3]), Vec3::from_column_slice(&state.qvel[3..6]));
+        // Velocity of the lowest point: v + ω × (0, 0, −r).
+        assert!((v + w.cross(&Vec3::new(0.0, 0.0, -0.11))).norm() < 1e-12, "seed {seed} slips");
+        assert!(state.qpos[0] < -3.0 && v.norm() > 2.5, "seed {seed} comes from {:?}", state.qpos);
+    }
+}
+
+#[test]
+fn after_a_shot_the_same_kick_is_shown_under_every_law() {
+    let stage = played(60.0);
+    let game = stage.game.as_ref().expect("a game");
+    let shots = report::report(game, &stage.session);
+    let own = &shots[0];
+    assert_eq!(own.law, stage.session.method.contact.name, "the played law first");
+    assert!(shots.len() > 1, "and others");
+    assert_eq!(own.ledger.impulse, shots[1].ledger.impulse, "pushed alike");
+    if let Some(outcome) = game.outcome {
+        assert_eq!(own.outcome, outcome, "the shot is the one that was played");
+    }
+}
+
+#[test]
+fn the_best_list_is_sorted_and_short() {
+    let entry = |points, time| best::Entry { points, level: "pass".into(), time, law: "penalty".into(), seed: 0 };
+    let mut list = Vec::new();
+    for i in 0..12 {
+        best::insert(&mut list, entry(100 + i, 3.0));
+    }
+    assert_eq!(list.len(), 10);
+    assert_eq!(best::insert(&mut list, entry(111, 2.0)), Some(0), "the quicker of equals comes first");
+    assert_eq!(best::insert(&mut list, entry(1, 1.0)), None);
+    let path = std::env::temp_dir().join(format!("penny-best-{}", std::process::id())).join("best.json");
+    best::save(&path, &list).expect("writable");
+    assert_eq!(best::load(&path), list);
+    std::fs::remove_dir_all(path.parent().expect("a folder")).expect("removable");
+    assert!(best::load(&path).is_empty(), "no list yet");
+}
+
+#[test]
+fn a_reloaded_scene_keeps_the_view_and_the_choices() {
+    let mut stage = Stage::new(written(BALL), 0, None, false);
+    stage.film.camera.distance = 7.5;
+    stage.change(Change::Contact("tutorial".into()));
+    (0..10).for_each(|_| assert!(stage.step()));
+    let heavier = penny::parse("test.xml", &BALL.replace("0.41", "0.82")).expect("fine").model;
+    stage.reload(heavier, "new".into());
+    assert_eq!(stage.film.camera.distance, 7.5);
+    assert_eq!(stage.session.method.contact.name, "tutorial");
+    assert_eq!((stage.session.model.bodies[1].mass, stage.session.steps), (0.82, 0));
+}
+
+#[test]
+fn what_is_drawn_in_the_middle_is_picked_in_the_middle() {
+    let session = written(BALL);
+    let poses = session.poses(1.0);
+    let camera = scene::framing(&session.model, &poses);
+    let at = camera.project(&poses.pos[1], [640.0, 480.0]).expect("in front");
+    let hit = pick::pick(&session.model, &poses, &camera, [at[0], at[1]], [640.0, 480.0]).expect("the ball");
+    assert_eq!(hit.body, 1);
+    // Marching stops within a thousandth of the radius.
+    assert!(((hit.point - poses.pos[1]).norm() - 0.11).abs() < 2e-4);
+    assert!(pick::pick(&session.model, &poses, &camera, [5.0, 5.0], [640.0, 480.0]).is_none(), "beside it");
+}
+
+#[test]
+fn a_camera_is_read_from_text() {
+    let camera = Camera::default().parse("90,-10,3,1,2,0.5").expect("six numbers");
+    assert!((camera.azimuth - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    assert_eq!((camera.distance, camera.target), (3.0, Vec3::new(1.0, 2.0, 0.5)));
+    for wrong in ["", "1", "1,2,3,4", "a,b", "nan,0"] {
+        assert!(Camera::default().parse(wrong).is_err(), "{wrong}");
+    }
+}
