@@ -111,7 +111,12 @@ const ROUND: &str = r#"<geom type="sphere" size="0.2"/>"#;
 fn points(chapter: &mut Chapter) -> Result<()> {
     let (v0, stiffness) = (2.0, 2500.0);
     let mut curves = Vec::new();
-    let mut table = heading(&["contact points", "speed after 3 s [m/s]", "energy lost", "vertical speed in the last second, rms [mm/s]"]);
+    let mut table = heading(&[
+        "contact points",
+        "speed after 3 s [m/s]",
+        "energy lost",
+        "vertical speed in the last second, rms [mm/s]",
+    ]);
     for (i, n) in [12, 24, 48, 96, 0].into_iter().enumerate() {
         let rim = |j: usize| {
             let angle = std::f64::consts::TAU * j as f64 / n as f64;
@@ -130,11 +135,17 @@ fn points(chapter: &mut Chapter) -> Result<()> {
         let name = if n == 0 { "one, under the centre".to_owned() } else { format!("{n} on the rim") };
         let lost = 100.0 * (before - run.energy()) / (0.75 * v0 * v0);
         let speed = run.state.qvel[0];
-        table += &row(&[name.clone(), format!("{speed:.3}"), format!("{lost:.1} %"), format!("{:.1}", 1e3 * f64::sqrt(bump))]);
+        table += &row(&[
+            name.clone(),
+            format!("{speed:.3}"),
+            format!("{lost:.1} %"),
+            format!("{:.1}", 1e3 * f64::sqrt(bump)),
+        ]);
         curves.push(Layer::Line(Line::new(name, CURVES[i], every(speeds, 10)).dashed(DASHES[i % 4])));
     }
     let panel = Panel::new("", Axis::linear("time [s]").tight(), Axis::linear("speed [m/s]"), curves);
-    let subtitle = "The course's circle and law, rolling at 2 m/s without rolling friction; semi-implicit Euler, h = 1 ms.";
+    let subtitle =
+        "The course's circle and law, rolling at 2 m/s without rolling friction; semi-implicit Euler, h = 1 ms.";
     chapter.figures.push(("points.svg", Figure::new("A circle of corners is a polygon", subtitle, vec![panel])));
     chapter.text += &format!(
         "
@@ -170,11 +181,9 @@ fn frictions(chapter: &mut Chapter) -> Result<()> {
     // While it slips, rolling resistance turns it too: α = (μ R + δ) m g/I, and a = −μ g.
     let slip_end = v0 / (9.81 * (mu + 0.2 * (mu * 0.2 - delta) / 0.02));
     let rolled = v0 - mu * 9.81 * slip_end - delta * 9.81 / (0.2 * 1.5) * (1.0 - slip_end);
-    for (name, mu, delta, exact) in [
-        ("rolling only", 0.0, delta, v0),
-        ("sliding only", mu, 0.0, slide.end_speed()),
-        ("both", mu, delta, rolled),
-    ] {
+    for (name, mu, delta, exact) in
+        [("rolling only", 0.0, delta, v0), ("sliding only", mu, 0.0, slide.end_speed()), ("both", mu, delta, rolled)]
+    {
         let mut run = Run::new(&circle(ROUND, mu, delta, 2500.0), law("tutorial")?, integrator("Euler")?, 1e-3)?;
         run.state.qpos[1] = -9.81 / 2500.0;
         run.state.qvel[0] = v0;
@@ -192,7 +201,8 @@ fn frictions(chapter: &mut Chapter) -> Result<()> {
         let y = Axis::linear("speed [m/s]").range(-0.1, 2.1);
         panels.push(Panel::new(name, Axis::linear("time [s]").tight(), y, curves));
     }
-    let subtitle = "A circle starts at 2 m/s without spin: μ = 0.5, rolling coefficient 1 cm. It rolls where both curves meet.";
+    let subtitle =
+        "A circle starts at 2 m/s without spin: μ = 0.5, rolling coefficient 1 cm. It rolls where both curves meet.";
     let mut figure = Figure::new("It takes both frictions to roll and to stop", subtitle, panels);
     figure.panel_size = [220.0, 220.0];
     chapter.figures.push(("frictions.svg", figure));
@@ -257,7 +267,11 @@ fn integrators(chapter: &mut Chapter) -> Result<()> {
             x => format!("{x:.3}"),
         };
         let after = run.energy() / start;
-        let after = if (after - 1.0).abs() < 0.005 { format!("1 {} {}", if after < 1.0 { "−" } else { "+" }, number((after - 1.0).abs())) } else { number(after) };
+        let after = if (after - 1.0).abs() < 0.005 {
+            format!("1 {} {}", if after < 1.0 { "−" } else { "+" }, number((after - 1.0).abs()))
+        } else {
+            number(after)
+        };
         let ms = format!("{:.1}", 1e3 * timestep);
         table += &row(&[name.into(), format!("{each}"), ms, after, limit_text(limit), limit_text(measured)]);
         let n = (course.len() / 800).max(1);
@@ -265,7 +279,8 @@ fn integrators(chapter: &mut Chapter) -> Result<()> {
     }
     let y = Axis::linear("energy, start = 1").range(0.0, 2.5);
     let panel = Panel::new("", Axis::linear("time [periods]").tight(), y, curves);
-    let subtitle = format!("A mass on a spring without damping, {budget} evaluations of the force a period for each integrator.");
+    let subtitle =
+        format!("A mass on a spring without damping, {budget} evaluations of the force a period for each integrator.");
     chapter.figures.push(("energy.svg", Figure::new("What integrators do to energy", subtitle, vec![panel])));
     chapter.text += &format!(
         "
@@ -505,8 +520,8 @@ fn hop(records: &[Record]) -> Result<Figure> {
     }
     let ideal = Line::new("", GREY, vec![[0.0, 1.0], [0.5, 1.0]]).dashed(DASHES[1]).wide(1.0);
     curves.push(Layer::Line(ideal));
-    let panel =
-        Panel::new("", Axis::linear("time [s]").tight(), Axis::linear("normal force, weight = 1"), curves);
-    let subtitle = "A block slides down 35°, μ = 0.5, h = 2 ms. MuJoCo's model throws it off the slope again and again.";
+    let panel = Panel::new("", Axis::linear("time [s]").tight(), Axis::linear("normal force, weight = 1"), curves);
+    let subtitle =
+        "A block slides down 35°, μ = 0.5, h = 2 ms. MuJoCo's model throws it off the slope again and again.";
     Ok(Figure::new("A sliding block should stay on its slope", subtitle, vec![panel]))
 }
