@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::format::{count, short, si, table};
 use super::scene::{self, MethodArgs};
+use crate::collision;
 use crate::contact::constants::{self, Spring};
 use crate::contact::{penalty, tutorial};
 use crate::explain::probe::{LARGEST, largest_timestep as probe};
@@ -40,6 +41,10 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     eprintln!("\nWhat its contacts mean");
     for group in &groups {
         eprint!("\n{}", meaning(&model, &method, &args.method, group));
+        let exact = |t: &Touch| collision::exact(model.geoms[t.geom[0]].kind, model.geoms[t.geom[1]].kind);
+        if !group.iter().all(exact) {
+            eprintln!("  MuJoCo has no closed form for these shapes: its contact points may be others than Penny's");
+        }
         eprint!("\n{}", timesteps(&model, &method, &args.method, &group[0]));
         eprint!("\n{}", mapping(&model, &method, &group[0]));
     }
