@@ -62,7 +62,8 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     let duration = args.time.or(recorded).unwrap_or(DEFAULT_TIME);
     let fps = args.fps.unwrap_or(format.usual_fps());
     let film = film(args, &session, fps)?;
-    let frames = film.frames(duration);
+    let whole = recorded.is_some() && args.time.is_none();
+    let frames = if whole { film.frames_to_end(duration) } else { film.frames(duration) };
     let [width, height] = args.size;
     let mut video = Video::create(&args.output, Shape { width, height, fps, frames }).map_err(problem)?;
     let bar = ProgressBar::new(frames as u64);

@@ -44,6 +44,11 @@ impl Film {
         (duration / self.speed * self.fps + 1e-6).floor() as usize + 1
     }
 
+    /// Pictures that show every step of a recorded session; the last one may come a little after its end.
+    pub fn frames_to_end(&self, duration: f64) -> usize {
+        (duration / self.speed * self.fps - 1e-6).ceil().max(0.0) as usize + 1
+    }
+
     /// Simulated time of a frame, s.
     fn time(&self, frame: usize) -> f64 {
         frame as f64 * self.speed / self.fps

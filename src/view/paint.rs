@@ -260,15 +260,21 @@ impl<'a> Frame<'a> {
     /// Linear colour of a pixel from its samples.
     fn pixel(&self, layers: &Layers, k: usize, at: [f32; 2], sky: V3, light: &BandLight) -> V3 {
         let (ids, depths) = (&layers.solid.id[k], &layers.solid.inverse_depth[k]);
+        let (glass, note) = (layers.glass_at(k), layers.note_at(k));
+        // Most pixels see one thing only.
+        if ids[1..].iter().all(|id| *id == ids[0]) && glass.is_none() && note.is_none() {
+            let depth = 0.25 * (depths[0] + depths[1] + depths[2] + depths[3]);
+            return self.shader.color(ids[0], depth, at, sky, light);
+        }
         let mut samples = [V3::zeros(); SAMPLES];
         each(ids, depths, |id, depth, which| {
             let color = self.shader.color(id, depth, at, sky, light);
             which.iter().for_each(|&s| samples[s] = color);
         });
-        if let Some((ids, depths)) = layers.glass_at(k) {
+        if let Some((ids, depths)) = glass {
             self.over(ids, depths, None, at, light, &mut samples);
         }
-        if let Some((ids, nearness)) = layers.note_at(k) {
+        if let Some((ids, nearness)) = note {
             self.over(ids, nearness, Some(depths), at, light, &mut samples);
         }
         samples.iter().sum::<V3>() / SAMPLES as f32

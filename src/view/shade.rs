@@ -160,15 +160,15 @@ impl<'a> Shader<'a> {
     fn thing(&self, thing: &Thing, depth: f32, at: [f32; 2], band: &BandLight) -> V3 {
         let d = self.eye.direction(at[0], at[1]);
         let p = self.eye.pos + d * depth;
+        let mut base = linear_rgb(&thing.color);
+        if thing.paint {
+            return fog(base * self.paint_light(&p, at[0], band), depth * self.fog, &self.horizon);
+        }
         let local = thing.mat.transpose() * (p - thing.pos);
         let n = mesh::normal(thing.shape, &thing.size, &local);
         let n = (thing.mat * n).try_normalize(1e-12).unwrap_or_else(V3::z);
-        let mut base = linear_rgb(&thing.color);
         if thing.checker {
             base *= pattern(thing, &local, depth / self.eye.focal);
-        }
-        if thing.paint {
-            return fog(base * self.paint_light(&p, at[0], band), depth * self.fog, &self.horizon);
         }
         let diffuse = n.dot(&self.light).max(0.0);
         let sky = 0.5 + 0.5 * n.z;
@@ -183,7 +183,10 @@ impl<'a> Shader<'a> {
 
     /// Light on flat paint: that on the floor right below.
     fn paint_light(&self, p: &V3, x: f32, band: &BandLight) -> f32 {
-        let Some(floor) = self.list.floors.first() else { return 1.0 };
+        let Some(floor) = self.list.floors.first().filter(|_| band.near.iter().any(|n| x >= n.from && x <= n.to))
+        else {
+            return 1.0;
+        };
         let q = p - floor.pos;
         self.open(0, [q.dot(&floor.mat.column(0)), q.dot(&floor.mat.column(1))], x, band)
     }

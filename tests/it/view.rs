@@ -70,7 +70,7 @@ fn a_recorded_session_plays_again_bit_for_bit_at_any_frame_rate() {
     let mut filmed = Session::from_log(&log, session("models/goal.xml").model, &log.scene_hash).expect("same scene");
     let mut player = Player::new(log.clone());
     let mut film = Film::new(&filmed, Camera::default(), None, 25.0, 1.0);
-    for i in 0..=film.frames(log.duration()) {
+    for i in 0..film.frames_to_end(log.duration()) {
         film.frame(i, &mut filmed, Some(&mut player)).expect("no divergence");
     }
     assert_eq!(filmed.state_hash(), stage.session.state_hash(), "in a film");
@@ -371,4 +371,38 @@ fn a_camera_is_read_from_text() {
     for wrong in ["", "1", "1,2,3,4", "a,b", "nan,0"] {
         assert!(Camera::default().parse(wrong).is_err(), "{wrong}");
     }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn without_a_display_play_names_the_way_without() {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_penny"))
+        .args(["play", "models/goal.xml"])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .expect("built");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("penny render") && said.trim_end().lines().count() == 1, "{said}");
+}
+
+#[test]
+fn a_recorded_run_is_rendered_from_the_command_line() {
+    let stage = played(60.0);
+    let folder = std::env::temp_dir().join(format!("penny-run-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("writable");
+    let (run, png) = (folder.join("run.json"), folder.join("run.png"));
+    std::fs::write(&run, stage.session.log().to_json()).expect("writable");
+    let render = |more: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_penny"));
+        command.arg("render").arg(&run).arg("-o").arg(&png).args(["--size", "64x48"]).args(more);
+        command.output().expect("built")
+    };
+    let output = render(&[]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && said.contains(&stage.session.state_hash()), "{said}");
+    assert_eq!(render(&["--contact", "tutorial"]).status.code(), Some(2), "a recorded session brings its own law");
+    std::fs::remove_dir_all(&folder).expect("removable");
 }
