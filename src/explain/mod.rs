@@ -78,13 +78,15 @@ pub fn weight(model: &Model) -> f64 {
     dynamics::gravity(model).norm()
 }
 
-/// All pairs of a scene that are known in advance (a scene of very many geoms finds the others as it runs).
+/// All pairs of a scene that are known in advance (a scene of very many geoms finds the others as it runs) and can give
+/// way along their normal: a contact that nothing yields to has no spring.
 pub fn touches(model: &Model, method: &Method) -> Vec<Touch> {
     let state = State::new(model);
     let mut data = Data::new(model);
     // Brings poses and the factors of the inertia matrices to qpos0.
     forward::forward(model, method, &state, &mut data);
-    model.pairs.listed.iter().map(|pair| touch(model, &data, pair)).collect()
+    let touches = model.pairs.listed.iter().map(|pair| touch(model, &data, pair));
+    touches.filter(|touch| touch.mass.is_finite()).collect()
 }
 
 fn touch(model: &Model, data: &Data, pair: &Pair) -> Touch {

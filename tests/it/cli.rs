@@ -228,6 +228,25 @@ fn no_step_after_the_first_allocates() {
     assert_eq!(measured, 3 * methods, "some method was not measured");
 }
 
+/// Trees with joints and free bodies in one island, with the diagonal of J M⁻¹ Jᵀ computed anew at every contact.
+#[test]
+fn the_mujoco_law_allocates_nothing_in_an_island_of_many_trees() {
+    let text = r#"<mujoco><option><flag diagexact="enable"/></option><worldbody><geom type="plane" size="9 9 1"/>
+        <body pos="0 0 .1"><joint axis="0 1 0" range="-150 150" frictionloss=".1"/>
+          <geom type="capsule" fromto="0 0 0 .3 0 0" size=".04"/>
+          <body pos=".3 0 0"><joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 .3 0 0" size=".04"/></body></body>
+        <body pos=".25 0 .25"><freejoint/><geom type="box" size=".2 .1 .05"/></body>
+        <body pos=".25 0 .36"><freejoint/><geom type="sphere" size=".06"/></body></worldbody></mujoco>"#;
+    let path = scene("island.xml", text).display().to_string();
+    for integrator in ["semi-implicit-euler", "rk4", "implicitfast"] {
+        let text = says(&["bench", &path, "--contact", "mujoco", "--integrator", integrator], 0);
+        let row = text.lines().find(|l| l.contains(integrator)).unwrap_or_else(|| panic!("{text}"));
+        let cells: Vec<&str> = row.split_whitespace().collect();
+        assert_eq!((cells[0], cells.len(), cells[5]), ("mujoco", 7, "0"), "allocations: {row}");
+        assert!(cells[4].parse::<usize>().is_ok_and(|contacts| contacts > 1), "contacts: {row}");
+    }
+}
+
 #[test]
 fn a_reader_that_leaves_early_is_no_error() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));

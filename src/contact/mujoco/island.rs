@@ -138,7 +138,10 @@ impl Island {
             }
         }
         let inverse = if model.opt.flags.diagexact {
-            recipe.exact(|e| self.exact_inverse(model, data, &parts, e))
+            let mut room = std::mem::take(&mut self.product);
+            let inverse = recipe.exact(|e| self.exact_inverse(model, data, &parts, e, &mut room));
+            self.product = room;
+            inverse
         } else {
             rows::inverse_mass(model, contact)
         };
@@ -214,18 +217,21 @@ impl Island {
         &self.jac[part.start + k * part.n..][..part.n]
     }
 
-    /// J M⁻¹ Jᵀ of the row e₀ J₀ + e₁ J₁, 1/kg.
-    fn exact_inverse(&self, model: &Model, data: &Data, parts: &Parts, e: [f64; 2]) -> f64 {
+    /// J M⁻¹ Jᵀ of the row e₀ J₀ + e₁ J₁, 1/kg. `room` is scratch: the row, and M⁻¹ times it.
+    fn exact_inverse(&self, model: &Model, data: &Data, parts: &Parts, e: [f64; 2], room: &mut Vec<f64>) -> f64 {
         let mut sum = 0.0;
         for part in &parts.parts[..parts.count] {
-            let mut row: Vec<f64> = self.row(part, 0).iter().map(|j| e[0] * j).collect();
-            if e[1] != 0.0 {
-                row.iter_mut().zip(self.row(part, 1)).for_each(|(r, j)| *r += e[1] * j);
+            room.clear();
+            for _ in 0..2 {
+                room.extend(self.row(part, 0).iter().map(|j| e[0] * j));
             }
-            let unit = &self.units[part.unit];
-            let mut divided = row.clone();
-            divide_tree(model, data, unit, &mut divided);
-            sum += dot(&row, &divided);
+            let (row, divided) = room.split_at_mut(part.n);
+            if e[1] != 0.0 {
+                add(row, e[1], self.row(part, 1));
+                divided.copy_from_slice(row);
+            }
+            divide_tree(model, data, &self.units[part.unit], divided);
+            sum += dot(row, divided);
         }
         sum
     }

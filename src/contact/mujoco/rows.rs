@@ -114,7 +114,7 @@ impl Recipe {
     /// What A of the normal must be replaced by so that the row that sets R has its exact J M⁻¹ Jᵀ.
     ///
     /// In: `inverse(e)` the inverse mass seen by the row e₀ J₀ + e₁ J₁.
-    pub fn exact(&self, inverse: impl Fn([f64; 2]) -> f64) -> f64 {
+    pub fn exact(&self, mut inverse: impl FnMut([f64; 2]) -> f64) -> f64 {
         match self.kind {
             Kind::Pyramid => inverse([1.0, self.mu[1]]) / self.slant,
             _ => inverse([1.0, 0.0]),
