@@ -46,6 +46,18 @@ impl State {
         }
     }
 
+    /// Becomes a copy of `other` without allocating anew.
+    pub fn copy_from(&mut self, other: &State) {
+        let State { time, qpos, qvel, ctrl, xfrc_applied, qacc_warmstart, warm } = self;
+        *time = other.time;
+        qpos.clone_from(&other.qpos);
+        qvel.clone_from(&other.qvel);
+        ctrl.clone_from(&other.ctrl);
+        xfrc_applied.clone_from(&other.xfrc_applied);
+        qacc_warmstart.clone_from(&other.qacc_warmstart);
+        warm.clone_from(&other.warm);
+    }
+
     /// Keeps what the next step's contact law starts from: the acceleration and the contact forces just found.
     pub fn remember(&mut self, data: &Data) {
         self.qacc_warmstart.copy_from_slice(&data.qacc);

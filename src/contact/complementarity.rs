@@ -7,56 +7,105 @@
 /// whose force is negative, or whose acceleration is too small, to the other side. If the number of wrong
 /// contacts stops shrinking, only the last wrong one moves (Murty's rule), which always ends.
 ///
-/// In:     `a` row-major n × n; `b` (n). `pushes` (n) and `factor` (n × n) are scratch.
-/// Out:    `f` (n). Returns the number of linear systems solved.
 /// Source: J. J. Júdice, F. M. Pires, Computers & Operations Research 21 (1994), 587–596.
-pub fn solve(a: &[f64], b: &[f64], f: &mut [f64], pushes: &mut [bool], factor: &mut [f64]) -> usize {
-    let n = b.len();
-    // Mostly all push, and there are few: a loop of fixed length.
-    let at_once = match n {
-        1 => all_push::<1>(a, b, f),
-        2 => all_push::<2>(a, b, f),
-        3 => all_push::<3>(a, b, f),
-        4 => all_push::<4>(a, b, f),
-        _ => false,
-    };
-    if at_once {
-        return 1;
-    }
-    pushes.fill(true);
-    let (mut fewest, mut patience) = (n + 1, 3);
-    let mut solves = 0;
-    loop {
-        solve_pushing(a, b, f, pushes, factor);
-        solves += 1;
-        let wrong = |i: usize, f: &[f64], pushes: &[bool]| {
-            if pushes[i] {
-                f[i] < 0.0
-            } else {
-                let reached: f64 = (0..n).map(|j| a[i * n + j] * f[j]).sum();
-                // A contact that rests exactly at its reference may stay on either side.
-                reached < b[i] - 1e-14 * b[i].abs()
-            }
+#[derive(Clone, Debug, Default)]
+pub struct Complementarity {
+    pushes: Vec<bool>,
+    /// First column of each row of A that is not zero: nothing to the left of it fills in.
+    start: Vec<usize>,
+    factor: Vec<f64>,
+}
+
+impl Complementarity {
+    /// In:  `a` row-major n × n; `b` (n).
+    /// Out: `f` (n). Returns the number of linear systems solved.
+    pub fn solve(&mut self, a: &[f64], b: &[f64], f: &mut [f64]) -> usize {
+        let n = b.len();
+        // Mostly all push, and there are few: a loop of fixed length.
+        let at_once = match n {
+            1 => all_push::<1>(a, b, f),
+            2 => all_push::<2>(a, b, f),
+            3 => all_push::<3>(a, b, f),
+            4 => all_push::<4>(a, b, f),
+            _ => false,
         };
-        let count = (0..n).filter(|&i| wrong(i, f, pushes)).count();
-        if count == 0 || solves > 50 * n {
-            f.iter_mut().for_each(|f| *f = f.max(0.0));
-            return solves;
+        if at_once {
+            return 1;
         }
-        let all = if count < fewest {
-            (fewest, patience) = (count, 3);
-            true
-        } else {
-            patience -= 1;
-            patience >= 0
-        };
-        // Moving a contact does not change whether another one is wrong: that depends on f alone.
-        for i in (0..n).rev() {
-            if wrong(i, f, pushes) {
-                pushes[i] ^= true;
-                if !all {
-                    break;
+        self.pushes.clear();
+        self.pushes.resize(n, true);
+        self.factor.resize(n * n, 0.0);
+        self.start.clear();
+        self.start.extend((0..n).map(|i| a[i * n..i * n + i].iter().position(|x| *x != 0.0).unwrap_or(i)));
+        let (mut fewest, mut patience) = (n + 1, 3);
+        let mut solves = 0;
+        loop {
+            self.solve_pushing(a, b, f);
+            solves += 1;
+            let count = (0..n).filter(|&i| self.is_wrong(i, a, b, f)).count();
+            if count == 0 || solves > 50 * n {
+                f.iter_mut().for_each(|f| *f = f.max(0.0));
+                return solves;
+            }
+            let all = if count < fewest {
+                (fewest, patience) = (count, 3);
+                true
+            } else {
+                patience -= 1;
+                patience >= 0
+            };
+            // Moving a contact does not change whether another one is wrong: that depends on f alone.
+            for i in (0..n).rev() {
+                if self.is_wrong(i, a, b, f) {
+                    self.pushes[i] ^= true;
+                    if !all {
+                        break;
+                    }
                 }
+            }
+        }
+    }
+
+    fn is_wrong(&self, i: usize, a: &[f64], b: &[f64], f: &[f64]) -> bool {
+        if self.pushes[i] {
+            return f[i] < 0.0;
+        }
+        let reached: f64 = a[i * b.len()..].iter().zip(f).map(|(a, f)| a * f).sum();
+        // A contact that rests exactly at its reference may stay on either side.
+        reached < b[i] - 1e-14 * b[i].abs()
+    }
+
+    /// f of the contacts that push, from A f = b restricted to them; zero for the others.
+    fn solve_pushing(&mut self, a: &[f64], b: &[f64], f: &mut [f64]) {
+        let Complementarity { pushes, start, factor } = self;
+        let n = b.len();
+        // A = L Lᵀ on the pushing contacts. The other rows of L are zero, so that indices need no translation.
+        for i in 0..n {
+            f[i] = 0.0;
+            factor[i * n + start[i]..=i * n + i].fill(0.0);
+            if !pushes[i] {
+                continue;
+            }
+            let mut sum = b[i];
+            let mut pivot = a[i * n + i];
+            for j in start[i]..i {
+                let from = start[i].max(start[j]);
+                let (own, other) = (&factor[i * n + from..i * n + j], &factor[j * n + from..j * n + j]);
+                let product: f64 = own.iter().zip(other).map(|(x, y)| x * y).sum();
+                let l = (a[i * n + j] - product) * factor[j * n + j];
+                factor[i * n + j] = l;
+                sum -= l * f[j];
+                pivot -= l * l;
+            }
+            // The diagonal holds 1/L_ii. Rounding may leave a redundant contact without a pivot: it carries nothing.
+            factor[i * n + i] = if pivot > 1e-15 * a[i * n + i] { 1.0 / pivot.sqrt() } else { 0.0 };
+            f[i] = sum * factor[i * n + i];
+        }
+        for i in (0..n).rev() {
+            f[i] *= factor[i * n + i];
+            let (x, row) = (f[i], &factor[i * n + start[i]..i * n + i]);
+            for (f, l) in f[start[i]..i].iter_mut().zip(row) {
+                *f -= l * x;
             }
         }
     }
@@ -97,54 +146,6 @@ fn all_push<const N: usize>(a: &[f64], b: &[f64], f: &mut [f64]) -> bool {
     x.iter().all(|x| *x >= 0.0)
 }
 
-/// f of the contacts that push, from A f = b restricted to them; zero for the others.
-fn solve_pushing(a: &[f64], b: &[f64], f: &mut [f64], pushes: &[bool], factor: &mut [f64]) {
-    let n = b.len();
-    // A = L Lᵀ on the pushing contacts; others get a unit row, so indices need no translation.
-    for i in 0..n {
-        if !pushes[i] {
-            f[i] = 0.0;
-            continue;
-        }
-        let mut sum = b[i];
-        for j in 0..i {
-            if !pushes[j] {
-                continue;
-            }
-            let mut l = a[i * n + j];
-            for k in 0..j {
-                if pushes[k] {
-                    l -= factor[i * n + k] * factor[j * n + k];
-                }
-            }
-            l *= factor[j * n + j];
-            factor[i * n + j] = l;
-            sum -= l * f[j];
-        }
-        let mut pivot = a[i * n + i];
-        for k in 0..i {
-            if pushes[k] {
-                pivot -= factor[i * n + k] * factor[i * n + k];
-            }
-        }
-        // The diagonal holds 1/L_ii. Rounding may leave a redundant contact without a pivot: then it carries nothing.
-        factor[i * n + i] = if pivot > 1e-15 * a[i * n + i] { 1.0 / pivot.sqrt() } else { 0.0 };
-        f[i] = sum * factor[i * n + i];
-    }
-    for i in (0..n).rev() {
-        if !pushes[i] {
-            continue;
-        }
-        let mut sum = f[i];
-        for j in i + 1..n {
-            if pushes[j] {
-                sum -= factor[j * n + i] * f[j];
-            }
-        }
-        f[i] = sum * factor[i * n + i];
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,8 +170,8 @@ mod tests {
                 })
                 .collect();
             let b: Vec<f64> = (0..n).map(|_| random()).collect();
-            let (mut f, mut pushes, mut scratch) = (vec![0.0; n], vec![true; n], vec![0.0; n * n]);
-            solve(&a, &b, &mut f, &mut pushes, &mut scratch);
+            let mut f = vec![0.0; n];
+            Complementarity::default().solve(&a, &b, &mut f);
             let scale = 1.0 + f.iter().fold(0.0f64, |m, x| m.max(*x));
             for i in 0..n {
                 let excess = (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>() - b[i];

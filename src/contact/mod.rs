@@ -2,6 +2,7 @@
 
 pub mod complementarity;
 pub mod constants;
+pub mod forest;
 pub mod impedance;
 pub mod mujoco;
 pub mod penalty;

@@ -253,14 +253,15 @@ impl Rows {
         self.along(c, k, &self.acc)
     }
 
-    /// A_kl = J_k M⁻¹ J_lᵀ between direction k of contact c and direction l of contact e, which touch the same
-    /// trees.
+    /// A_kl = J_k M⁻¹ J_lᵀ between direction k of contact c and direction l of contact e; zero if no tree feels both.
     #[inline]
     pub fn compliance(&self, c: usize, k: usize, e: usize, l: usize) -> f64 {
         let mut sum = 0.0;
-        for (a, b) in self.contacts[c].parts.iter().zip(&self.contacts[e].parts) {
-            for (j, m) in self.jac[a.row(k)].iter().zip(&self.mjac[b.row(l)]) {
-                sum += dot(j, m);
+        for a in &self.contacts[c].parts {
+            for b in self.contacts[e].parts.iter().filter(|b| b.tree == a.tree) {
+                for (j, m) in self.jac[a.row(k)].iter().zip(&self.mjac[b.row(l)]) {
+                    sum += dot(j, m);
+                }
             }
         }
         sum

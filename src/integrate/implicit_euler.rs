@@ -1,4 +1,5 @@
 use super::{Integrator, displace};
+use crate::contact::forest::Forest;
 use crate::data::Data;
 use crate::forward::{Method, forward};
 use crate::model::Model;
@@ -25,7 +26,6 @@ pub struct Newton {
     shifted: Vec<f64>,
     /// ∂g/∂v of one island, row-major.
     jacobian: Vec<f64>,
-    /// Island of every dof, and its dofs in order.
     islands: Islands,
 }
 
@@ -48,7 +48,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
     let mut newton = std::mem::take(&mut data.newton);
     let mut trial = newton.trial.take().unwrap_or_else(|| state.clone());
-    trial.clone_from(state);
+    trial.copy_from(state);
     trial.time += h;
     newton.v.clone_from(&state.qvel);
     let mut norm = residual(model, method, state, &newton.v, &mut trial, data, &mut newton.residual);
@@ -180,8 +180,7 @@ fn solve(a: &mut [f64], x: &mut [f64]) {
 /// The dofs that contacts couple, group by group.
 #[derive(Clone, Debug, Default)]
 struct Islands {
-    /// The lowest tree that each tree hangs together with.
-    label: Vec<usize>,
+    forest: Forest,
     /// All trees, those of one island together.
     trees: Vec<usize>,
     dofs: Vec<usize>,
@@ -191,36 +190,26 @@ struct Islands {
 
 impl Islands {
     fn find(&mut self, model: &Model, data: &Data) {
-        self.label.clear();
-        self.label.extend(0..model.trees.len());
-        let root = |label: &[usize], mut t: usize| {
-            while label[t] != t {
-                t = label[t];
-            }
-            t
-        };
+        let Islands { forest, trees, dofs, starts } = self;
+        forest.reset(model.trees.len());
         for contact in &data.contacts {
-            let trees = contact.body.map(|b| model.bodies[b as usize].tree);
-            if let [Some(a), Some(b)] = trees {
-                let (a, b) = (root(&self.label, a), root(&self.label, b));
-                self.label[a.max(b)] = a.min(b);
+            if let [Some(a), Some(b)] = contact.body.map(|b| model.bodies[b as usize].tree) {
+                forest.join(a, b);
             }
         }
-        for t in 0..self.label.len() {
-            self.label[t] = root(&self.label, t);
-        }
-        self.trees.clear();
-        self.trees.extend(0..model.trees.len());
-        self.trees.sort_unstable_by_key(|&t| (self.label[t], t));
-        self.dofs.clear();
-        self.starts.clear();
-        for &t in &self.trees {
-            if self.label[t] == t {
-                self.starts.push(self.dofs.len());
+        trees.clear();
+        trees.extend(0..model.trees.len());
+        trees.sort_unstable_by_key(|&t| (forest.find(t), t));
+        dofs.clear();
+        starts.clear();
+        for &t in trees.iter() {
+            // The lowest tree of an island comes first.
+            if forest.find(t) == t {
+                starts.push(dofs.len());
             }
-            self.dofs.extend(model.trees[t].dofs.clone());
+            dofs.extend(model.trees[t].dofs.clone());
         }
-        self.starts.push(self.dofs.len());
+        starts.push(dofs.len());
     }
 
     fn iter(&self) -> impl Iterator<Item = &[usize]> {

@@ -1,14 +1,24 @@
-//! Trees that touch each other, and trees with joints: blocks take turns, each with the others' forces given.
+//! Trees that touch each other, and trees with joints.
 //!
-//! A block is all contacts between the same two trees; its normals are solved together. A joint limit is a normal
-//! of its own, dry friction of a joint a friction of its own with a fixed limit. Every turn starts from the last
-//! step's forces, so that a stack at rest needs one.
+//! Contacts and joint limits that hang together form an island. The normals of an island are solved at once, as
+//! long as there are not too many of them: if each pair of trees took its turn instead, with the others' forces
+//! given, a stack of three would be unstable at timesteps of 6 ms. In larger islands every pair of trees takes its
+//! turn. Friction takes turns in any case, contact by contact, in alternating order. A joint limit is a normal of
+//! its own, dry friction of a joint a friction of its own with a fixed limit.
+//!
+//! All start from the last step's forces. Turns are what makes normals and friction agree: with two of them a stack
+//! of three starts to rock at timesteps of 8 ms, with four it rests to rounding at 15 ms. Stopping early where
+//! forces hardly change saves nothing: what is left of the rocking grows until contact points come and go.
+
+use std::ops::Range;
 
 use super::drive::{Recipes, eigenvalues, friction, inverse_mass, piece};
 use super::{Block, Blocks};
+use crate::contact::complementarity::Complementarity;
+use crate::contact::forest::Forest;
 use crate::contact::mujoco::rows::{DofRow, dry_friction, limits};
-use crate::contact::rows::Rows;
-use crate::contact::{complementarity, surface_points};
+use crate::contact::rows::{NONE, Rows};
+use crate::contact::surface_points;
 use crate::data::Data;
 use crate::forward::Method;
 use crate::model::Model;
@@ -17,19 +27,40 @@ use crate::state::State;
 type Six = [f64; 6];
 
 /// Turns of normals and friction per round.
-const SWEEPS: usize = 4;
+const TURNS: usize = 4;
+
+/// Most normals that are solved at once.
+const MOST_AT_ONCE: usize = 64;
 
 #[derive(Clone, Debug, Default)]
 pub struct Coupled {
     rows: Rows,
     entries: Vec<Entry>,
-    /// Entries of each block.
-    blocks: Vec<std::ops::Range<usize>>,
+    forest: Forest,
+    /// All entries, those of an island together; and those of them that have a normal.
+    members: Vec<u32>,
+    normals: Vec<u32>,
+    islands: Vec<Island>,
+    groups: Vec<Group>,
+    /// A of each group's normals, one after the other.
     a: Vec<f64>,
     b: Vec<f64>,
     f: Vec<f64>,
-    pushes: Vec<bool>,
-    factor: Vec<f64>,
+    solver: Complementarity,
+}
+
+/// What hangs together: `members[start..end]`, and the groups of its normals.
+#[derive(Clone, Debug)]
+struct Island {
+    members: Range<usize>,
+    groups: Range<usize>,
+}
+
+/// Normals that are solved at once: a range of `normals`, with their A (R added) from `a[at]` on.
+#[derive(Clone, Debug)]
+struct Group {
+    normals: Range<usize>,
+    at: usize,
 }
 
 /// A contact, a joint limit or a joint with dry friction.
@@ -78,12 +109,12 @@ impl Coupled {
     ) {
         self.rows.begin(model);
         self.entries.clear();
-        self.blocks.clear();
         for block in blocks.all.iter().filter(|b| !b.lone) {
             self.add_contacts(model, state, recipes, blocks, block, data);
         }
         self.add_joints(model, method, state, data);
         data.counts.rows += self.entries.iter().map(|e| e.dim).sum::<usize>();
+        self.find_islands(model.trees.len());
 
         // All of the last step's forces act from the start.
         for e in 0..self.entries.len() {
@@ -91,13 +122,8 @@ impl Coupled {
                 self.rows.push_force(e, k, self.entries[e].force[k]);
             }
         }
-        for _ in 0..method.rounds * SWEEPS {
-            for b in 0..self.blocks.len() {
-                data.counts.solves += self.normals(b);
-            }
-            for e in 0..self.entries.len() {
-                self.slip(method, e);
-            }
+        for i in 0..self.islands.len() {
+            data.counts.solves += self.settle(method, i);
         }
         for entry in &self.entries {
             if let Source::Contact(c) = entry.source {
@@ -118,7 +144,6 @@ impl Coupled {
         block: &Block,
         data: &Data,
     ) {
-        let start = self.entries.len();
         for &c in &blocks.order[block.range()] {
             let contact = &data.contacts[c as usize];
             let recipe = recipes.of(contact);
@@ -138,7 +163,6 @@ impl Coupled {
                 stiff: eigenvalues(recipe.dim, |k, l| rows.compliance(e, k, e, l)).map(|x| 1.0 / x),
             });
         }
-        self.blocks.push(start..self.entries.len());
     }
 
     /// Joint limits and dry friction, all in the field's words: a limit is MuJoCo's row, dry friction stops the
@@ -157,48 +181,88 @@ impl Coupled {
                 per_limit: [1.0 / row.constraint.cone.mu[0]; 5],
                 stiff: [1.0 / inverse; 3],
             });
-            if source == Source::Limit {
-                self.blocks.push(e..e + 1);
-            }
         };
         let (h, plan) = (method.timestep, &data.plan);
         limits(model, &plan.limited, h, &state.qpos, &state.qvel, |row| add(row, Source::Limit));
         dry_friction(model, &plan.dry, h, &state.qvel, |row| add(row, Source::Dry));
     }
 
-    /// Solves for the normal forces of a block, all other forces given.
-    fn normals(&mut self, block: usize) -> usize {
-        let range = self.blocks[block].clone();
-        let n = range.len();
-        if self.b.len() < n {
-            self.a.resize(n * n, 0.0);
-            self.factor.resize(n * n, 0.0);
-            self.b.resize(n, 0.0);
-            self.f.resize(n, 0.0);
-            self.pushes.resize(n, true);
-        }
-        for (i, e) in range.clone().enumerate() {
-            self.b[i] = self.entries[e].reference - self.rows.acceleration(e, 0);
-        }
-        for (i, e) in range.clone().enumerate() {
-            for (j, g) in range.clone().take(i + 1).enumerate() {
-                let a = self.rows.compliance(e, 0, g, 0);
-                self.a[i * n + j] = a;
-                self.a[j * n + i] = a;
-                // The block's present forces are part of the acceleration: take them out.
-                self.b[i] += a * self.entries[g].force[0];
-                if j < i {
-                    self.b[j] += a * self.entries[e].force[0];
-                }
+    /// Sorts the entries into islands and their normals into groups, and forms A of every group.
+    fn find_islands(&mut self, trees: usize) {
+        let Coupled { rows, entries, forest, members, normals, islands, groups, a, .. } = self;
+        forest.reset(trees);
+        for entry in &rows.contacts {
+            if let [first, second] = entry.parts.map(|p| p.tree)
+                && second != NONE
+            {
+                forest.join(first as usize, second as usize);
             }
-            self.a[i * n + i] += self.entries[e].softness;
         }
-        let (a, f) = (&self.a[..n * n], &mut self.f[..n]);
-        let solves = complementarity::solve(a, &self.b[..n], f, &mut self.pushes[..n], &mut self.factor[..n * n]);
-        for (i, e) in range.enumerate() {
-            let force = &mut self.entries[e].force[0];
-            self.rows.push_force(e, 0, self.f[i] - *force);
-            *force = self.f[i];
+        let trees = |e: u32| rows.contacts[e as usize].parts.map(|p| p.tree);
+        members.clear();
+        members.extend(0..entries.len() as u32);
+        members.sort_unstable_by_key(|&e| (forest.find(trees(e)[0] as usize), e));
+        normals.clear();
+        islands.clear();
+        groups.clear();
+        a.clear();
+        let mut start = 0;
+        while start < members.len() {
+            let island = forest.find(trees(members[start])[0] as usize);
+            let others = |e: &u32| forest.find(trees(*e)[0] as usize) != island;
+            let end = members[start..].iter().position(others).map_or(members.len(), |n| start + n);
+            let (first_normal, first_group) = (normals.len(), groups.len());
+            normals.extend(members[start..end].iter().filter(|&&e| entries[e as usize].source != Source::Dry));
+            let at_once = normals.len() - first_normal <= MOST_AT_ONCE;
+            let alike = |e: &u32, f: &u32| at_once || trees(*e) == trees(*f);
+            let mut from = first_normal;
+            for group in normals[first_normal..].chunk_by(alike) {
+                groups.push(Group { normals: from..from + group.len(), at: a.len() });
+                from += group.len();
+                add_matrix(rows, entries, group, a);
+            }
+            islands.push(Island { members: start..end, groups: first_group..groups.len() });
+            start = end;
+        }
+    }
+
+    /// Lets the normals and the friction of an island take turns. Returns the number of systems solved.
+    fn settle(&mut self, method: &Method, island: usize) -> usize {
+        let Island { members, groups } = self.islands[island].clone();
+        let mut solves = 0;
+        for turn in 0..method.rounds * TURNS {
+            for group in groups.clone() {
+                solves += self.solve_normals(group);
+            }
+            for k in members.clone() {
+                // In alternating order: otherwise the last contact would always have the last word.
+                let k = if turn % 2 == 0 { k } else { members.start + members.end - 1 - k };
+                self.slip(method, self.members[k] as usize);
+            }
+        }
+        solves
+    }
+
+    /// Solves for the normal forces of a group, all other forces given.
+    fn solve_normals(&mut self, group: usize) -> usize {
+        let Coupled { rows, entries, normals, groups, a, b, f, solver, .. } = self;
+        let group = &groups[group];
+        let normals = &normals[group.normals.clone()];
+        let n = normals.len();
+        let a = &a[group.at..group.at + n * n];
+        b.clear();
+        for (i, &e) in normals.iter().enumerate() {
+            let entry = &entries[e as usize];
+            // The present forces are part of the acceleration: take them out. R is no part of it.
+            let own: f64 = normals.iter().zip(&a[i * n..]).map(|(&g, a)| a * entries[g as usize].force[0]).sum();
+            b.push(entry.reference - rows.acceleration(e as usize, 0) + own - entry.softness * entry.force[0]);
+        }
+        f.resize(n.max(f.len()), 0.0);
+        let solves = solver.solve(a, b, &mut f[..n]);
+        for (&e, f) in normals.iter().zip(f) {
+            let force = &mut entries[e as usize].force[0];
+            rows.push_force(e as usize, 0, *f - *force);
+            *force = *f;
         }
         solves
     }
@@ -207,8 +271,8 @@ impl Coupled {
     fn slip(&mut self, method: &Method, e: usize) {
         let Entry { source, dim, force, per_limit, stiff, .. } = self.entries[e];
         match source {
-            Source::Dry => self.slip_piece::<1>(method, e, 0, 1.0, [per_limit[0]], stiff[0]),
             Source::Limit => {}
+            Source::Dry => self.slip_piece::<1>(method, e, 0, 1.0, [per_limit[0]], stiff[0]),
             Source::Contact(_) => {
                 if dim >= 6 {
                     self.slip_piece::<2>(method, e, 4, force[0], piece(&per_limit, 3), stiff[2]);
@@ -243,5 +307,19 @@ impl Coupled {
             self.rows.push_force(e, first + k, next[k] - force[k]);
             self.entries[e].force[first + k] = next[k];
         }
+    }
+}
+
+/// Appends A + R of a group's normals, row by row.
+fn add_matrix(rows: &Rows, entries: &[Entry], group: &[u32], a: &mut Vec<f64>) {
+    let (at, n) = (a.len(), group.len());
+    a.resize(at + n * n, 0.0);
+    for (i, &e) in group.iter().enumerate() {
+        for (j, &g) in group[..i].iter().enumerate() {
+            let x = rows.compliance(e as usize, 0, g as usize, 0);
+            a[at + i * n + j] = x;
+            a[at + j * n + i] = x;
+        }
+        a[at + i * n + i] = rows.compliance(e as usize, 0, e as usize, 0) + entries[e as usize].softness;
     }
 }

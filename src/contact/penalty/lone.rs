@@ -10,7 +10,7 @@
 //! products a row instead of six.
 
 use super::drive::{Recipe, eigenvalues, friction, inverse_mass, piece};
-use crate::contact::complementarity;
+use crate::contact::complementarity::Complementarity;
 use crate::data::{Contact, Counts, Mover};
 use crate::forward::Method;
 use crate::math::{Mat3, Vec3, Vec6};
@@ -23,12 +23,11 @@ type Four = [f64; 4];
 #[derive(Clone, Debug, Default)]
 pub struct Lone {
     points: Vec<Point>,
-    /// A + R of the normals, their right-hand side, forces, and what [`complementarity`] needs.
+    /// A + R of the normals, their right-hand side and forces.
     a: Vec<f64>,
     b: Vec<f64>,
     f: Vec<f64>,
-    pushes: Vec<bool>,
-    factor: Vec<f64>,
+    solver: Complementarity,
 }
 
 /// One contact of the body.
@@ -159,10 +158,8 @@ impl Lone {
         if self.points.len() < n {
             self.points.resize(n, Point::default());
             self.a.resize(n * n, 0.0);
-            self.factor.resize(n * n, 0.0);
             self.b.resize(n, 0.0);
             self.f.resize(n, 0.0);
-            self.pushes.resize(n, true);
         }
     }
 
@@ -189,7 +186,7 @@ impl Lone {
             self.b[i] = p.reference - p.along(0, acc);
         }
         let f = &mut self.f[..n];
-        let solves = complementarity::solve(a, &self.b[..n], f, &mut self.pushes[..n], &mut self.factor[..n * n]);
+        let solves = self.solver.solve(a, &self.b[..n], f);
         for (p, f) in points.iter_mut().zip(f) {
             p.push(body, 0, *f, acc);
             p.force[0] = *f;
