@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::Case;
+use super::cost;
 use super::truth::{self, Truth};
 use crate::contact::Law;
 use crate::forward::Method;
@@ -19,6 +20,8 @@ pub struct Record {
     pub exact: f64,
     /// What MuJoCo 4.0.0 makes of it at tolerance 0.
     pub mujoco: f64,
+    /// Of one of its steps, on the machine that recorded it.
+    pub measured_ns: f64,
     pub xml: String,
 }
 
@@ -49,6 +52,11 @@ impl Ready<'_> {
     pub fn method(&self, contact: &'static Law) -> Option<Method> {
         let opt = &self.case.model.opt;
         Some(Method { contact, integrator: integrate::by_name(&opt.integrator)?, timestep: opt.timestep, rounds: 1 })
+    }
+
+    /// Nanoseconds of one step under the method.
+    pub fn cost(&self, method: &Method) -> f64 {
+        cost::ns_per_step(&self.case, method, &cost::places(&self.case, method))
     }
 
     /// What the law makes of it; infinite where the run diverges.

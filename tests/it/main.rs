@@ -14,6 +14,7 @@ mod reader;
 mod sim;
 mod smooth;
 mod sweep;
+mod trade;
 mod tutorial;
 mod validation;
 mod view;
