@@ -1,7 +1,7 @@
 //! The contacts of a step: a cheap test for every pair that can touch, its collider if they are near.
 
 use super::sweep::Sweep;
-use super::{Hits, Placed, frame};
+use super::{Hit, Hits, Placed, frame};
 use crate::data::{Contact, Counts, Data};
 use crate::math::{Mat3, Vec3};
 use crate::model::{Bound, Model, Pair};
@@ -56,12 +56,18 @@ fn collide(
     (pair.collider)(&a, &b, mix.margin + mix.gap, hits);
     counts.pairs += 1;
     let body = pair.geom.map(|g| model.bodies[model.geoms[g].body].weld as u32);
+    let mut last: Option<&Hit> = None;
+    let mut axes = Mat3::zeros();
     for hit in hits.as_slice() {
-        let frame = if mix.condim > 1 {
-            frame(&hit.normal, &hit.tangent)
-        } else {
-            Mat3::from_rows(&[hit.normal.transpose(), Vec3::zeros().transpose(), Vec3::zeros().transpose()])
-        };
+        // Points of one plane share their frame.
+        if last.is_none_or(|last| last.normal != hit.normal || last.tangent != hit.tangent) {
+            axes = if mix.condim > 1 {
+                frame(&hit.normal, &hit.tangent)
+            } else {
+                Mat3::from_rows(&[hit.normal.transpose(), Vec3::zeros().transpose(), Vec3::zeros().transpose()])
+            };
+            last = Some(hit);
+        }
         contacts.push(Contact {
             geom: pair.geom.map(|g| g as u32),
             body,
@@ -69,7 +75,7 @@ fn collide(
             feature: hit.feature,
             dist: hit.dist,
             pos: hit.pos,
-            frame,
+            frame: axes,
             force: [0.0; 6],
         });
     }

@@ -114,7 +114,7 @@ impl Complementarity {
 /// f from A f = b if all N contacts push; says whether they do.
 ///
 ///     A = L D Lᵀ with L unit lower triangular:   y_ij = l_ij d_j = a_ij − Σ_k y_ik l_jk,   d_i = a_ii − Σ_j y_ij l_ij
-fn all_push<const N: usize>(a: &[f64], b: &[f64], f: &mut [f64]) -> bool {
+pub fn all_push<const N: usize>(a: &[f64], b: &[f64], f: &mut [f64]) -> bool {
     let mut l = [[0.0; N]; N];
     let mut inverse = [0.0; N];
     let mut x: [f64; N] = std::array::from_fn(|i| b[i]);

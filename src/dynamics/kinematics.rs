@@ -127,7 +127,10 @@ pub fn sliding_axes(model: &Model, tree: &Tree, data: &mut Data) {
 /// Poses of geoms from those of their bodies.
 pub fn geoms(posed: &[Posed], xpos: &[Vec3], xmat: &[Mat3], geom_xpos: &mut [Vec3], geom_xmat: &mut [Mat3]) {
     for g in posed {
-        geom_xpos[g.geom] = xpos[g.body] + xmat[g.body] * g.pos;
-        geom_xmat[g.geom] = xmat[g.body] * g.mat;
+        (geom_xpos[g.geom], geom_xmat[g.geom]) = if g.aligned {
+            (xpos[g.body], xmat[g.body])
+        } else {
+            (xpos[g.body] + xmat[g.body] * g.pos, xmat[g.body] * g.mat)
+        };
     }
 }

@@ -35,6 +35,8 @@ pub struct Posed {
     pub body: usize,
     pub pos: Vec3,
     pub mat: Mat3,
+    /// Its axes and origin are the body's.
+    pub aligned: bool,
 }
 
 impl Plan {
@@ -87,7 +89,8 @@ pub fn touching(model: &Model, moving: bool) -> Vec<Posed> {
         .filter(|&g| used[g] && moves(g) == moving)
         .map(|geom| {
             let g = &model.geoms[geom];
-            Posed { geom, body: g.body, pos: g.pos, mat: mat(&g.quat) }
+            let mat = mat(&g.quat);
+            Posed { geom, body: g.body, pos: g.pos, mat, aligned: g.pos == Vec3::zeros() && mat == Mat3::identity() }
         })
         .collect()
 }

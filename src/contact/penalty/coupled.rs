@@ -13,7 +13,7 @@
 use std::ops::Range;
 
 use super::drive::{Recipes, eigenvalues, friction, inverse_mass, piece};
-use super::{Block, Blocks};
+use super::{Block, Blocks, Touch};
 use crate::contact::complementarity::Complementarity;
 use crate::contact::forest::Forest;
 use crate::contact::mujoco::rows::{DofRow, dry_friction, limits};
@@ -144,7 +144,7 @@ impl Coupled {
         block: &Block,
         data: &Data,
     ) {
-        for &c in &blocks.order[block.range()] {
+        for &Touch { contact: c, .. } in &blocks.touches[block.range()] {
             let contact = &data.contacts[c as usize];
             let recipe = recipes.of(contact);
             let e = self.entries.len();

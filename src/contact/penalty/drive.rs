@@ -17,7 +17,7 @@ pub struct Recipe {
     pub per_limit: [f64; 5],
     solimp: [f64; 5],
     spring: Reference,
-    margin: f64,
+    pub margin: f64,
     /// What MuJoCo's pyramid does to R at rest; 1 for other contacts.
     stiffening: f64,
 }
@@ -124,6 +124,6 @@ pub fn eigenvalues(dim: usize, a: impl Fn(usize, usize) -> f64) -> [f64; 3] {
 
 /// Largest eigenvalue of the symmetric matrix with diagonal `a`, `b` and off-diagonal `off`.
 #[inline(always)]
-fn largest_eigenvalue(a: f64, b: f64, off: f64) -> f64 {
+pub fn largest_eigenvalue(a: f64, b: f64, off: f64) -> f64 {
     0.5 * (a + b) + (0.25 * (a - b) * (a - b) + off * off).sqrt()
 }

@@ -1,280 +1,351 @@
 //! A free body that touches one plane, or one other thing that never moves: the inner loop of most scenes.
 //!
-//! All contacts of such a body share one frame D (rows: normal and two tangents, towards the body) and one recipe. So take the
-//! body's linear motion along D and its angular motion in principal axes P, where M is diagonal:
+//! All contacts of such a body share one frame D (rows: normal n and two tangents s and t, towards the body) and one
+//! recipe. In the coordinates of D everything is short. The point at r from the centre of mass has
 //!
-//!     linear = D v,   angular = Pᵀ ω
+//!     velocity  v + ω × r,     acceleration  a + α × r                     (m/s and m/s²; J̇ qvel is omitted)
 //!
-//! Then the row of direction k has a 1 at linear place k (sliding) or nothing (spinning, rolling), and the angular
-//! part q × p_k or p_k, with p = Pᵀ Dᵀ the frame in principal axes and q the arm of the contact there: three
-//! products a row instead of six.
+//! and a force f and a torque τ there change the body's acceleration by
+//!
+//!     a += f / m,     α += W (r × f + τ),     W = D I⁻¹ Dᵀ
+//!
+//! So normals at r and q feel each other by
+//!
+//!     A = 1/m + (r × n)ᵀ W (q × n),     with r = (x, y, z):  r × n = (0, z, −y),  r × s = (−z, 0, x),  r × t = (y, −x, 0)
+//!
+//! Spinning and rolling are the body's own α, the same at every contact.
+//!
+//! The contacts' numbers lie side by side in arrays of L lanes, so that the loops over them have a fixed length and
+//! fill vector registers. Lanes beyond the last contact stay empty.
 
-use super::drive::{Recipe, eigenvalues, friction, inverse_mass, piece};
-use crate::contact::complementarity::Complementarity;
-use crate::data::{Contact, Counts, Mover};
+use super::Touch;
+use super::drive::{Recipe, friction, inverse_mass, largest_eigenvalue};
+use crate::collision::frame;
+use crate::contact::complementarity::{Complementarity, all_push};
+use crate::data::{Contact, Mover};
 use crate::forward::Method;
 use crate::math::{Mat3, Vec3, Vec6};
 use crate::model::Model;
 
-/// Three numbers and a zero, so that they fill vector registers.
-type Four = [f64; 4];
+/// Most contacts of a lone body; more are solved as coupled ones.
+pub const MOST: usize = 8;
 
-/// Scratch for the contacts of one body.
-#[derive(Clone, Debug, Default)]
-pub struct Lone {
-    points: Vec<Point>,
-    /// A + R of the normals, their right-hand side and forces.
-    a: Vec<f64>,
-    b: Vec<f64>,
-    f: Vec<f64>,
-    solver: Complementarity,
+type Three = [f64; 3];
+
+/// What the contacts of one body have in common.
+pub struct Task<'a> {
+    pub model: &'a Model,
+    pub method: &'a Method,
+    pub recipe: &'a Recipe,
+    /// Its contacts, at most [`MOST`].
+    pub touches: &'a [Touch],
+    pub mover: &'a Mover,
 }
 
-/// One contact of the body.
-#[derive(Clone, Copy, Debug, Default)]
-struct Point {
-    /// Angular part of J, and of J M⁻¹, of each row.
-    jac: [Four; 6],
-    heavy: [Four; 6],
-    velocity: [f64; 6],
-    force: [f64; 6],
-    /// a_ref of the normal (m/s²) and R (1/kg).
-    reference: f64,
-    softness: f64,
-    /// 1/λ of the sliding, spinning and rolling rows.
-    stiff: [f64; 3],
-}
+impl Task<'_> {
+    /// Solves for the forces of the contacts, all in one frame and of one recipe.
+    ///
+    /// In:  contacts with the last step's forces.
+    /// Out: the change of the body's acceleration, to be added to `mover.acc`, and the number of linear systems
+    ///      solved. Writes the contacts' forces.
+    pub fn solve(&self, contacts: &mut [Contact], solver: &mut Complementarity) -> (Vec6, usize) {
+        match self.touches.len() {
+            1 => self.solve_lanes::<1>(contacts, solver),
+            2 => self.solve_lanes::<2>(contacts, solver),
+            3..=4 => self.solve_lanes::<4>(contacts, solver),
+            _ => self.solve_lanes::<MOST>(contacts, solver),
+        }
+    }
 
-/// Velocity or acceleration of the body in these coordinates.
-#[derive(Clone, Copy, Debug)]
-struct Motion {
-    linear: [f64; 3],
-    angular: Four,
+    fn solve_lanes<const L: usize>(&self, contacts: &mut [Contact], solver: &mut Complementarity) -> (Vec6, usize) {
+        match self.recipe.dim {
+            1 => self.solve_dim::<L, 1>(contacts, solver),
+            3 => self.solve_dim::<L, 3>(contacts, solver),
+            4 => self.solve_dim::<L, 4>(contacts, solver),
+            _ => self.solve_dim::<L, 6>(contacts, solver),
+        }
+    }
+
+    /// For up to L contacts of DIM rows.
+    fn solve_dim<const L: usize, const DIM: usize>(
+        &self,
+        contacts: &mut [Contact],
+        solver: &mut Complementarity,
+    ) -> (Vec6, usize) {
+        let body = Body::new::<DIM>(self.model, self.mover, &contacts[self.touches[0].contact as usize]);
+        let smooth = body.motion(&self.mover.acc);
+        let mut acc = smooth;
+        let mut points = Points::<L>::empty();
+        points.fill::<DIM>(self, contacts, &body);
+        // The last step's friction acts from the start.
+        points.push_friction::<DIM>(&body, &mut acc);
+        let mut solves = 0;
+        for round in 0..self.method.rounds {
+            if round > 0 {
+                points.push_normals(&body, -1.0, &mut acc);
+            }
+            solves += points.solve_normals(&body, &acc, solver);
+            points.push_normals(&body, 1.0, &mut acc);
+            for i in 0..points.n {
+                points.slip::<DIM>(i, self.method, self.recipe, &body, &mut acc);
+            }
+        }
+        for (i, touch) in self.touches.iter().enumerate().take(L) {
+            contacts[touch.contact as usize].force = std::array::from_fn(|k| points.force[k][i]);
+        }
+        let minus = |a: Three, b: Three| Vec3::new(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+        let linear = body.frame.tr_mul(&minus(acc.linear, smooth.linear));
+        let angular = body.axes.tr_mul(&minus(acc.angular, smooth.angular));
+        (Vec6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z), solves)
+    }
 }
 
 /// The body as its contacts see it.
 struct Body {
     com: Vec3,
-    axes: Mat3,
-    /// D and p, both as rows.
     frame: Mat3,
-    local: Mat3,
+    /// From principal axes to the frame.
+    axes: Mat3,
+    /// 1/m
     inverse_mass: f64,
-    inverse_inertia: Four,
+    /// W
+    w: [Three; 3],
     velocity: Motion,
+    /// 1/λ of spinning and of rolling, kg m².
+    stiff: [f64; 2],
+}
+
+/// Velocity or acceleration of the body.
+#[derive(Clone, Copy)]
+struct Motion {
+    linear: Three,
+    angular: Three,
+}
+
+/// The contacts.
+struct Points<const L: usize> {
+    n: usize,
+    /// r, m.
+    arm: [[f64; L]; 3],
+    velocity: [[f64; L]; 3],
+    force: [[f64; L]; 6],
+    /// W (r × n), W (r × s), W (r × t): angular acceleration per force.
+    turn: [[[f64; L]; 3]; 3],
+    /// a_ref of the normal (m/s²) and R (1/kg).
+    reference: [f64; L],
+    softness: [f64; L],
+    /// 1/λ of the sliding rows, kg.
+    stiff: [f64; L],
 }
 
 impl Body {
-    /// In: `sign` +1 where the contacts' second geom is the body's, −1 where the first is.
-    fn new(mover: &Mover, contact: &Contact, sign: f64) -> Body {
-        let frame = contact.frame * sign;
-        let m = mover.minv;
-        Body {
-            com: mover.com,
-            axes: mover.axes,
-            frame,
-            local: frame * mover.axes,
-            inverse_mass: m[0],
-            inverse_inertia: [m[3], m[4], m[5], 0.0],
-            velocity: Motion::new(&frame, &mover.vel),
+    fn new<const DIM: usize>(model: &Model, mover: &Mover, contact: &Contact) -> Body {
+        let sign = if model.bodies[contact.body[1] as usize].tree.is_some() { 1.0 } else { -1.0 };
+        // A frictionless contact comes without tangents, which tilting needs nevertheless.
+        let frame = if DIM > 1 { contact.frame } else { frame(&contact.frame.row(0).transpose(), &Vec3::zeros()) };
+        let frame = frame * sign;
+        let axes = frame * mover.axes;
+        let inverse_inertia = [mover.minv[3], mover.minv[4], mover.minv[5]];
+        let heavy: [Three; 3] = std::array::from_fn(|i| std::array::from_fn(|k| axes[(i, k)] * inverse_inertia[k]));
+        let element = |i: usize, j| (0..3).map(|k| heavy[i][k] * axes[(j, k)]).sum();
+        let [xx, yy, zz] = [0, 1, 2].map(|i| element(i, i));
+        let [xy, xz, yz] = [element(0, 1), element(0, 2), element(1, 2)];
+        let spinning = if DIM >= 4 { 1.0 / xx } else { 0.0 };
+        let rolling = if DIM >= 6 { 1.0 / largest_eigenvalue(yy, zz, yz) } else { 0.0 };
+        let w = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let velocity = Motion { linear: [0.0; 3], angular: [0.0; 3] };
+        let (com, inverse_mass) = (mover.com, mover.minv[0]);
+        let mut body = Body { com, frame, axes, inverse_mass, w, velocity, stiff: [spinning, rolling] };
+        body.velocity = body.motion(&mover.vel);
+        body
+    }
+
+    /// The mover's velocity or acceleration, in the frame.
+    fn motion(&self, six: &Vec6) -> Motion {
+        let linear = self.frame * Vec3::new(six[0], six[1], six[2]);
+        let angular = self.axes * Vec3::new(six[3], six[4], six[5]);
+        Motion { linear: linear.into(), angular: angular.into() }
+    }
+}
+
+impl<const L: usize> Points<L> {
+    fn empty() -> Points<L> {
+        Points {
+            n: 0,
+            arm: [[0.0; L]; 3],
+            velocity: [[0.0; L]; 3],
+            force: [[0.0; L]; 6],
+            turn: [[[0.0; L]; 3]; 3],
+            reference: [0.0; L],
+            softness: [0.0; L],
+            stiff: [0.0; L],
         }
+    }
+
+    /// Everything about the contacts that the rounds need, with the last step's friction; normals start from nothing.
+    #[inline(always)]
+    fn fill<const DIM: usize>(&mut self, task: &Task, contacts: &[Contact], body: &Body) {
+        let p = self;
+        p.n = task.touches.len().min(L);
+        for (i, touch) in task.touches.iter().enumerate().take(L) {
+            let contact = &contacts[touch.contact as usize];
+            // The body's own surface lies half the penetration beyond the contact point, along the normal.
+            let arm = body.frame * (contact.pos - body.com);
+            (p.arm[0][i], p.arm[1][i], p.arm[2][i]) = (arm.x + 0.5 * contact.dist, arm.y, arm.z);
+            for k in 1..DIM {
+                p.force[k][i] = contact.force[k];
+            }
+        }
+        let (w, m) = (&body.w, body.inverse_mass);
+        for i in 0..L {
+            let [x, y, z] = lane(&p.arm, i);
+            for j in 0..3 {
+                p.turn[0][j][i] = w[j][1] * z - w[j][2] * y;
+                p.turn[1][j][i] = w[j][2] * x - w[j][0] * z;
+                p.turn[2][j][i] = w[j][0] * y - w[j][1] * x;
+            }
+            let (s, t) = (lane(&p.turn[1], i), lane(&p.turn[2], i));
+            let off = x * t[2] - z * t[0];
+            p.stiff[i] = 1.0 / largest_eigenvalue(m + x * s[2] - z * s[0], m + y * t[0] - x * t[1], off);
+            let velocity = body.velocity.at([x, y, z]);
+            (p.velocity[0][i], p.velocity[1][i], p.velocity[2][i]) = (velocity[0], velocity[1], velocity[2]);
+        }
+        for (i, touch) in task.touches.iter().enumerate().take(L) {
+            let contact = &contacts[touch.contact as usize];
+            let diagonal = task.model.opt.flags.diagexact;
+            let inverse = if diagonal { p.compliance(body, i, i) } else { inverse_mass(task.model, contact) };
+            (p.reference[i], p.softness[i]) = task.recipe.normal(contact.dist, p.velocity[0][i], inverse);
+        }
+    }
+
+    /// A between the normals of two contacts, 1/kg.
+    #[inline(always)]
+    fn compliance(&self, body: &Body, i: usize, j: usize) -> f64 {
+        body.inverse_mass + self.arm[2][i] * self.turn[0][1][j] - self.arm[1][i] * self.turn[0][2][j]
+    }
+
+    /// Finds the normal forces, friction given; none of them acts yet. Returns the number of systems solved.
+    #[inline(always)]
+    fn solve_normals(&mut self, body: &Body, acc: &Motion, solver: &mut Complementarity) -> usize {
+        let mut b = [0.0; L];
+        for i in 0..L {
+            b[i] = self.reference[i] - acc.at(lane(&self.arm, i))[0];
+        }
+        if L == 1 {
+            self.force[0][0] = (b[0] / (self.compliance(body, 0, 0) + self.softness[0])).max(0.0);
+            return 1;
+        }
+        let mut a = [[0.0; L]; L];
+        for i in 0..L {
+            for j in 0..L {
+                a[i][j] = self.compliance(body, i, j);
+            }
+            a[i][i] += self.softness[i];
+        }
+        for empty in self.n..L {
+            a.iter_mut().for_each(|row| row[empty] = 0.0);
+            a[empty] = [0.0; L];
+            a[empty][empty] = 1.0;
+            b[empty] = 0.0;
+        }
+        if all_push::<L>(a.as_flattened(), &b, &mut self.force[0]) {
+            return 1;
+        }
+        solver.solve(a.as_flattened(), &b, &mut self.force[0])
+    }
+
+    /// Lets the normal forces act, times `sign`.
+    #[inline(always)]
+    fn push_normals(&self, body: &Body, sign: f64, acc: &mut Motion) {
+        for i in 0..L {
+            let f = sign * self.force[0][i];
+            acc.linear[0] += f * body.inverse_mass;
+            acc.turn(f, lane(&self.turn[0], i));
+        }
+    }
+
+    /// Lets the friction forces act.
+    #[inline(always)]
+    fn push_friction<const DIM: usize>(&self, body: &Body, acc: &mut Motion) {
+        for k in 1..DIM {
+            for i in 0..L {
+                let f = self.force[k][i];
+                if k < 3 {
+                    acc.linear[k] += f * body.inverse_mass;
+                    acc.turn(f, lane(&self.turn[k], i));
+                } else {
+                    acc.turn(f, body.w[k - 3]);
+                }
+            }
+        }
+    }
+
+    /// Lets friction at contact i oppose the slip, the normal given. Rolling and spinning first: sliding has the last
+    /// word.
+    #[inline(always)]
+    fn slip<const DIM: usize>(&mut self, i: usize, method: &Method, recipe: &Recipe, body: &Body, acc: &mut Motion) {
+        let (turning, turn) = (&body.velocity.angular, &acc.angular);
+        if DIM >= 6 {
+            let (velocity, along) = ([turning[1], turning[2]], [turn[1], turn[2]]);
+            let [f, g] = self.change::<2, 4>(i, method, recipe, body.stiff[1], velocity, along);
+            acc.turn(f, body.w[1]);
+            acc.turn(g, body.w[2]);
+        }
+        if DIM >= 4 {
+            let [f] = self.change::<1, 3>(i, method, recipe, body.stiff[0], [turning[0]], [acc.angular[0]]);
+            acc.turn(f, body.w[0]);
+        }
+        if DIM >= 3 {
+            let [_, along_s, along_t] = acc.at(lane(&self.arm, i));
+            let velocity = [self.velocity[1][i], self.velocity[2][i]];
+            let [f, g] = self.change::<2, 1>(i, method, recipe, self.stiff[i], velocity, [along_s, along_t]);
+            acc.linear[1] += f * body.inverse_mass;
+            acc.linear[2] += g * body.inverse_mass;
+            acc.turn(f, lane(&self.turn[1], i));
+            acc.turn(g, lane(&self.turn[2], i));
+        }
+    }
+
+    /// Sets the friction of the N rows from FIRST on, `velocity` and `along` being theirs. Returns its change.
+    #[inline(always)]
+    fn change<const N: usize, const FIRST: usize>(
+        &mut self,
+        i: usize,
+        method: &Method,
+        recipe: &Recipe,
+        stiff: f64,
+        velocity: [f64; N],
+        along: [f64; N],
+    ) -> [f64; N] {
+        let force: [f64; N] = std::array::from_fn(|k| self.force[FIRST + k][i]);
+        let per_limit = std::array::from_fn(|k| recipe.per_limit[FIRST - 1 + k]);
+        let next = friction::<N>(method, self.force[0][i], per_limit, stiff, force, velocity, along);
+        for k in 0..N {
+            self.force[FIRST + k][i] = next[k];
+        }
+        std::array::from_fn(|k| next[k] - force[k])
     }
 }
 
 impl Motion {
-    fn new(frame: &Mat3, six: &Vec6) -> Motion {
-        let linear = frame * Vec3::new(six[0], six[1], six[2]);
-        Motion { linear: linear.into(), angular: [six[3], six[4], six[5], 0.0] }
-    }
-}
-
-impl Lone {
-    /// Solves for the forces of the contacts `order`, all on one free body, in one frame and of one recipe.
-    ///
-    /// In:  `mover` of the body; contacts with the last step's forces.
-    /// Out: the change of the body's acceleration, to be added to `mover.acc`. Writes the contacts' forces.
-    pub fn solve(
-        &mut self,
-        model: &Model,
-        method: &Method,
-        recipe: &Recipe,
-        order: &[u32],
-        mover: &Mover,
-        contacts: &mut [Contact],
-        counts: &mut Counts,
-    ) -> Vec6 {
-        counts.rows += recipe.dim * order.len();
-        match recipe.dim {
-            1 => self.solve_dim::<1>(model, method, recipe, order, mover, contacts, counts),
-            3 => self.solve_dim::<3>(model, method, recipe, order, mover, contacts, counts),
-            4 => self.solve_dim::<4>(model, method, recipe, order, mover, contacts, counts),
-            _ => self.solve_dim::<6>(model, method, recipe, order, mover, contacts, counts),
-        }
-    }
-
-    /// [`Lone::solve`] for contacts of DIM rows.
-    fn solve_dim<const DIM: usize>(
-        &mut self,
-        model: &Model,
-        method: &Method,
-        recipe: &Recipe,
-        order: &[u32],
-        mover: &Mover,
-        contacts: &mut [Contact],
-        counts: &mut Counts,
-    ) -> Vec6 {
-        let n = order.len();
-        self.reserve(n);
-        let first = &contacts[order[0] as usize];
-        let sign = if model.bodies[first.body[1] as usize].tree.is_some() { 1.0 } else { -1.0 };
-        let body = Body::new(mover, first, sign);
-        let smooth = Motion::new(&body.frame, &mover.acc);
-        let mut acc = smooth;
-
-        // Rows and references; the last step's friction acts from the start.
-        for (point, &c) in self.points.iter_mut().zip(order) {
-            point.fill::<DIM>(model, &contacts[c as usize], recipe, &body);
-            for k in 1..DIM {
-                point.push(&body, k, point.force[k], &mut acc);
-            }
-        }
-        for _ in 0..method.rounds {
-            counts.solves += self.normals(n, &body, &mut acc);
-            for point in &mut self.points[..n] {
-                point.slip::<DIM>(method, recipe, &body, &mut acc);
-            }
-        }
-        for (point, &c) in self.points.iter().zip(order) {
-            contacts[c as usize].force = point.force;
-        }
-        let linear = Vec3::from_fn(|i, _| acc.linear[i] - smooth.linear[i]);
-        let linear = body.frame.tr_mul(&linear);
-        let angular = |i: usize| acc.angular[i] - smooth.angular[i];
-        Vec6::new(linear.x, linear.y, linear.z, angular(0), angular(1), angular(2))
-    }
-
-    /// Room for n contacts.
-    fn reserve(&mut self, n: usize) {
-        if self.points.len() < n {
-            self.points.resize(n, Point::default());
-            self.a.resize(n * n, 0.0);
-            self.b.resize(n, 0.0);
-            self.f.resize(n, 0.0);
-        }
-    }
-
-    /// Normal forces of all points, friction given; `acc` follows them. Returns the number of solves.
-    fn normals(&mut self, n: usize, body: &Body, acc: &mut Motion) -> usize {
-        let points = &mut self.points[..n];
-        for p in points.iter_mut() {
-            p.push(body, 0, -p.force[0], acc);
-        }
-        if let [p] = points {
-            let inverse = body.inverse_mass + dot(&p.jac[0], &p.heavy[0]);
-            p.force[0] = ((p.reference - p.along(0, acc)) / (inverse + p.softness)).max(0.0);
-            p.push(body, 0, p.force[0], acc);
-            return 1;
-        }
-        let a = &mut self.a[..n * n];
-        for (i, p) in points.iter().enumerate() {
-            for (j, q) in points[..i].iter().enumerate() {
-                let x = body.inverse_mass + dot(&p.heavy[0], &q.jac[0]);
-                a[i * n + j] = x;
-                a[j * n + i] = x;
-            }
-            a[i * n + i] = body.inverse_mass + dot(&p.heavy[0], &p.jac[0]) + p.softness;
-            self.b[i] = p.reference - p.along(0, acc);
-        }
-        let f = &mut self.f[..n];
-        let solves = self.solver.solve(a, &self.b[..n], f);
-        for (p, f) in points.iter_mut().zip(f) {
-            p.push(body, 0, *f, acc);
-            p.force[0] = *f;
-        }
-        solves
-    }
-}
-
-impl Point {
-    /// Everything about a contact that the rounds need; the normal force starts from nothing.
-    #[inline]
-    fn fill<const DIM: usize>(&mut self, model: &Model, contact: &Contact, recipe: &Recipe, body: &Body) {
-        // The body's own surface lies half the penetration beyond the contact point, along D's normal.
-        let normal = body.frame.row(0).transpose();
-        let arm = body.axes.tr_mul(&(contact.pos + normal * (0.5 * contact.dist) - body.com));
-        for k in 0..DIM {
-            let p = body.local.row(k % 3).transpose();
-            let x = if k < 3 { arm.cross(&p) } else { p };
-            self.jac[k] = [x.x, x.y, x.z, 0.0];
-            self.heavy[k] = std::array::from_fn(|i| self.jac[k][i] * body.inverse_inertia[i]);
-            self.velocity[k] = self.along(k, &body.velocity);
-        }
-        let compliance = |k: usize, l: usize| {
-            let linear = if k == l && k < 3 { body.inverse_mass } else { 0.0 };
-            linear + dot(&self.jac[k], &self.heavy[l])
-        };
-        self.stiff = eigenvalues(DIM, compliance).map(|x| 1.0 / x);
-        let inverse = if model.opt.flags.diagexact { compliance(0, 0) } else { inverse_mass(model, contact) };
-        (self.reference, self.softness) = recipe.normal(contact.dist, self.velocity[0], inverse);
-        self.force = contact.force;
-        self.force[0] = 0.0;
-    }
-
-    /// J_k · motion
+    /// Of the point at `arm`.
     #[inline(always)]
-    fn along(&self, k: usize, motion: &Motion) -> f64 {
-        let linear = if k < 3 { motion.linear[k] } else { 0.0 };
-        linear + dot(&self.jac[k], &motion.angular)
+    fn at(&self, arm: Three) -> Three {
+        let ([x, y, z], w, r) = (self.linear, self.angular, arm);
+        [x + w[1] * r[2] - w[2] * r[1], y + w[2] * r[0] - w[0] * r[2], z + w[0] * r[1] - w[1] * r[0]]
     }
 
-    /// acc += M⁻¹ J_kᵀ f
+    /// Adds `f` times `turn`.
     #[inline(always)]
-    fn push(&self, body: &Body, k: usize, f: f64, acc: &mut Motion) {
-        if k < 3 {
-            acc.linear[k] += body.inverse_mass * f;
-        }
-        for i in 0..4 {
-            acc.angular[i] += self.heavy[k][i] * f;
-        }
-    }
-
-    /// Lets friction oppose the slip, the normal given. Rolling and spinning first: sliding has the last word.
-    #[inline]
-    fn slip<const DIM: usize>(&mut self, method: &Method, recipe: &Recipe, body: &Body, acc: &mut Motion) {
-        if DIM >= 6 {
-            self.slip_piece::<2, 4>(method, recipe, self.stiff[2], body, acc);
-        }
-        if DIM >= 4 {
-            self.slip_piece::<1, 3>(method, recipe, self.stiff[1], body, acc);
-        }
-        if DIM >= 3 {
-            self.slip_piece::<2, 1>(method, recipe, self.stiff[0], body, acc);
-        }
-    }
-
-    /// [`Point::slip`] for the N rows from FIRST on.
-    #[inline(always)]
-    fn slip_piece<const N: usize, const FIRST: usize>(
-        &mut self,
-        method: &Method,
-        recipe: &Recipe,
-        stiff: f64,
-        body: &Body,
-        acc: &mut Motion,
-    ) {
-        let force: [f64; N] = piece(&self.force, FIRST);
-        let velocity = piece(&self.velocity, FIRST);
-        let along = std::array::from_fn(|k| self.along(FIRST + k, acc));
-        let per_limit = piece(&recipe.per_limit, FIRST - 1);
-        let next = friction::<N>(method, self.force[0], per_limit, stiff, force, velocity, along);
-        for k in 0..N {
-            self.push(body, FIRST + k, next[k] - force[k], acc);
-            self.force[FIRST + k] = next[k];
+    fn turn(&mut self, f: f64, turn: Three) {
+        for k in 0..3 {
+            self.angular[k] += f * turn[k];
         }
     }
 }
 
+/// The three numbers of contact i.
 #[inline(always)]
-fn dot(a: &Four, b: &Four) -> f64 {
-    (a[0] * b[0] + a[2] * b[2]) + (a[1] * b[1] + a[3] * b[3])
+fn lane<const L: usize>(x: &[[f64; L]; 3], i: usize) -> Three {
+    [x[0][i], x[1][i], x[2][i]]
 }

@@ -35,6 +35,7 @@ mod drive;
 mod lone;
 
 use super::Law;
+use super::complementarity::Complementarity;
 use crate::data::{Contact, Data};
 use crate::dynamics::free;
 use crate::forward::Method;
@@ -52,16 +53,16 @@ pub static LAW: Law = Law {
 pub struct Scratch {
     recipes: drive::Recipes,
     blocks: Blocks,
-    lone: lone::Lone,
+    solver: Complementarity,
     coupled: coupled::Coupled,
 }
 
 fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     let Data { penalty, contacts, movers, xmat, qacc, counts, .. } = data;
-    let Scratch { recipes, blocks, lone, .. } = penalty;
+    let Scratch { recipes, blocks, solver, .. } = penalty;
     recipes.refresh(model, method.timestep);
     recall(&state.warm, contacts);
-    blocks.sort(model, contacts);
+    blocks.sort(model, recipes, contacts);
     qacc.copy_from_slice(&data.qacc_smooth);
     data.qfrc_constraint.fill(0.0);
 
@@ -73,9 +74,12 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
             continue;
         };
         let root = tree.bodies.start;
-        let order = &blocks.order[block.range()];
-        let recipe = recipes.of(&contacts[order[0] as usize]);
-        let change = lone.solve(model, method, recipe, order, &movers[root], contacts, counts);
+        let touches = &blocks.touches[block.range()];
+        let recipe = recipes.of(&contacts[touches[0].contact as usize]);
+        let task = lone::Task { model, method, recipe, touches, mover: &movers[root] };
+        let (change, solves) = task.solve(contacts, solver);
+        counts.rows += recipe.dim * touches.len();
+        counts.solves += solves;
         let change = free::generalized(free, &xmat[root], &change);
         for (qacc, change) in qacc[tree.dofs.clone()].iter_mut().zip(change.iter()) {
             *qacc += change;
@@ -93,28 +97,36 @@ fn recall(warm: &[Warm], contacts: &mut [Contact]) {
     let mut rest = warm;
     for contact in contacts {
         let same = |w: &Warm| w.geom == contact.geom && w.feature == contact.feature;
-        if let Some(at) = rest.iter().position(same) {
+        // Mostly the next one is it.
+        let at = if rest.first().is_some_and(same) { Some(0) } else { rest.iter().position(same) };
+        if let Some(at) = at {
             contact.force = rest[at].force;
             rest = &rest[at + 1..];
         }
     }
 }
 
-/// The step's contacts, those between the same two trees together.
+/// The step's contacts that push, those between the same two trees together.
 #[derive(Clone, Debug, Default)]
 struct Blocks {
-    /// Indices into `data.contacts`.
-    order: Vec<u32>,
+    touches: Vec<Touch>,
     all: Vec<Block>,
     /// Number of blocks that each tree is part of.
     of_tree: Vec<u32>,
+}
+
+/// A contact, after the trees that it touches: as one number, the lower tree in front, `NONE` for what never moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Touch {
+    trees: u64,
+    /// Index into `data.contacts`.
+    contact: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Block {
     start: u32,
     end: u32,
-    /// The trees that touch, the lower first; `NONE` for what never moves.
     trees: [u32; 2],
     /// One free body that touches nothing else that moves, all contacts of one mix and in one frame.
     lone: bool,
@@ -129,40 +141,46 @@ impl Block {
 }
 
 impl Blocks {
-    fn sort(&mut self, model: &Model, contacts: &[Contact]) {
-        let trees = |c: u32| {
-            let [a, b] = contacts[c as usize].body.map(|b| model.bodies[b as usize].tree.map_or(NONE, |t| t as u32));
-            if a <= b { [a, b] } else { [b, a] }
-        };
-        // Found but not yet within the margin: no force.
-        let pushes = |c: &u32| contacts[*c as usize].dist < model.mixes[contacts[*c as usize].mix as usize].margin;
-        self.order.clear();
-        self.order.extend((0..contacts.len() as u32).filter(pushes));
-        if !self.order.is_sorted_by_key(|&c| trees(c)) {
-            self.order.sort_by_key(|&c| (trees(c), c));
-        }
-        self.all.clear();
-        self.of_tree.clear();
-        self.of_tree.resize(model.trees.len(), 0);
-        for (i, &c) in self.order.iter().enumerate() {
-            let pair = trees(c);
-            match self.all.last_mut() {
-                Some(last) if last.trees == pair => last.end += 1,
-                _ => {
-                    self.all.push(Block { start: i as u32, end: i as u32 + 1, trees: pair, lone: false });
-                    for t in pair.into_iter().filter(|&t| t != NONE) {
-                        self.of_tree[t as usize] += 1;
-                    }
-                }
+    fn sort(&mut self, model: &Model, recipes: &drive::Recipes, contacts: &[Contact]) {
+        let Blocks { touches, all, of_tree } = self;
+        touches.clear();
+        for (i, c) in (0..).zip(contacts) {
+            // Found but not yet within the margin: no force.
+            if c.dist < recipes.of(c).margin {
+                let [a, b] = c.body.map(|b| model.bodies[b as usize].tree.map_or(NONE, |t| t as u32));
+                touches.push(Touch { trees: u64::from(a.min(b)) << 32 | u64::from(a.max(b)), contact: i });
             }
         }
-        for block in &mut self.all {
-            let [a, b] = block.trees;
-            let apart = b == NONE && self.of_tree[a as usize] == 1 && model.trees[a as usize].free.is_some();
-            let own = &self.order[block.range()];
-            let first = &contacts[own[0] as usize];
-            let alike = |c: &Contact| c.mix == first.mix && c.frame == first.frame;
-            block.lone = apart && own[1..].iter().all(|&c| alike(&contacts[c as usize]));
+        if !touches.is_sorted_by_key(|t| t.trees) {
+            touches.sort_unstable();
+        }
+        all.clear();
+        of_tree.clear();
+        of_tree.resize(model.trees.len(), 0);
+        let mut start = 0;
+        for block in touches.chunk_by(|a, b| a.trees == b.trees) {
+            let end = start + block.len() as u32;
+            let trees = [(block[0].trees >> 32) as u32, block[0].trees as u32];
+            for t in trees.into_iter().filter(|&t| t != NONE) {
+                of_tree[t as usize] += 1;
+            }
+            let free = trees[1] == NONE && model.trees[trees[0] as usize].free.is_some();
+            let first = &contacts[block[0].contact as usize];
+            let lone = free
+                && block.len() <= lone::MOST
+                && block[1..].iter().all(|t| alike(first, &contacts[t.contact as usize]));
+            all.push(Block { start, end, trees, lone });
+            start = end;
+        }
+        for block in all {
+            block.lone &= of_tree[block.trees[0] as usize] == 1;
         }
     }
+}
+
+/// Whether two contacts of a body share their mix and their frame.
+fn alike(a: &Contact, b: &Contact) -> bool {
+    let pairs = a.frame.as_slice().iter().zip(b.frame.as_slice());
+    // All nine are compared, whatever comes out: faster than stopping early at what hardly happens.
+    a.mix == b.mix && pairs.fold(true, |same, (x, y)| same & (x == y))
 }
