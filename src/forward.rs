@@ -59,9 +59,9 @@ pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
 /// MuJoCo's bound on positions, velocities and accelerations.
 const HUGE: f64 = 1e10;
 
-/// Looks at all numbers whatever it finds: faster than stopping early at what never happens.
+/// A sum of squares is quick to find, and is neither infinite nor NaN if no number is. Only if it is large, look closer.
 fn sane(numbers: &[f64]) -> bool {
-    numbers.iter().fold(true, |sane, x| sane & (x.abs() <= HUGE))
+    numbers.iter().map(|x| x * x).sum::<f64>() <= HUGE * HUGE || numbers.iter().all(|x| x.abs() <= HUGE)
 }
 
 /// Says which number left the bounds, and whose it is.

@@ -63,7 +63,8 @@ impl State {
         self.qacc_warmstart.copy_from_slice(&data.qacc);
         self.warm.clear();
         self.warm.reserve(data.contacts.capacity());
-        let pushing = data.contacts.iter().filter(|c| c.force != [0.0; 6]);
+        // Without a normal force there is no friction either.
+        let pushing = data.contacts.iter().filter(|c| c.force[0] != 0.0);
         self.warm.extend(pushing.map(|c| Warm { geom: c.geom, feature: c.feature, force: c.force }));
     }
 }

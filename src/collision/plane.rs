@@ -110,15 +110,11 @@ pub fn plane_box(plane: &Placed, cuboid: &Placed, margin: f64, out: &mut Hits) {
     if h - rise[0].abs() - rise[1].abs() - rise[2].abs() > margin {
         return;
     }
-    let mut left = 4;
-    for corner in 0..8u32 {
-        let sign = CORNER[corner as usize];
-        let up = sign[0] * rise[0] + sign[1] * rise[1] + sign[2] * rise[2];
-        if up <= 0.0 && h + up <= margin && left > 0 {
-            let x = cuboid.pos + edge[0] * sign[0] + edge[1] * sign[1] + edge[2] * sign[2];
-            out.push(hit(x, &n, h + up, corner));
-            left -= 1;
-        }
+    let up = |sign: &[f64; 3]| sign[0] * rise[0] + sign[1] * rise[1] + sign[2] * rise[2];
+    let low = (0..).zip(&CORNER).map(|(corner, sign)| (corner, sign, up(sign)));
+    for (corner, sign, up) in low.filter(|(_, _, up)| *up <= 0.0 && h + up <= margin).take(4) {
+        let x = cuboid.pos + edge[0] * sign[0] + edge[1] * sign[1] + edge[2] * sign[2];
+        out.push(hit(x, &n, h + up, corner));
     }
 }
 

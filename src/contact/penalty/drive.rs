@@ -93,18 +93,21 @@ pub fn friction<const N: usize>(
     acceleration: [f64; N],
 ) -> [f64; N] {
     let gain = stiff / method.timestep;
-    let mut next: [f64; N] = if method.integrator.implicit {
+    let next: [f64; N] = if method.integrator.implicit {
         velocity.map(|v| -v * gain / IMPLICIT_SLIP)
     } else {
         std::array::from_fn(|k| force[k] - velocity[k] * gain - acceleration[k] * stiff)
     };
     // Inside the ellipse with half-axes limit · normal, or on it.
     let share2: f64 = (0..N).map(|k| (next[k] * per_limit[k]) * (next[k] * per_limit[k])).sum();
-    if share2 > normal * normal {
-        let scale = normal / share2.sqrt();
-        next = next.map(|f| f * scale);
-    }
-    next
+    if share2 > normal * normal { onto(next, normal, share2) } else { next }
+}
+
+/// The force brought back onto the ellipse. Not inlined: root and division would be computed for all that stick, too.
+#[inline(never)]
+fn onto<const N: usize>(force: [f64; N], normal: f64, share2: f64) -> [f64; N] {
+    let scale = normal / share2.sqrt();
+    force.map(|f| f * scale)
 }
 
 /// The entries of one piece.

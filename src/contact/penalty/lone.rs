@@ -210,10 +210,15 @@ impl<const L: usize> Points<L> {
             let velocity = body.velocity.at([x, y, z]);
             (p.velocity[0][i], p.velocity[1][i], p.velocity[2][i]) = (velocity[0], velocity[1], velocity[2]);
         }
+        let exact = task.model.opt.flags.diagexact;
+        let (mut geom, mut inverse) = ([u32::MAX; 2], 0.0);
         for (i, touch) in task.touches.iter().enumerate().take(L) {
             let contact = &contacts[touch.contact as usize];
-            let diagonal = task.model.opt.flags.diagexact;
-            let inverse = if diagonal { p.compliance(body, i, i) } else { inverse_mass(task.model, contact) };
+            if exact {
+                inverse = p.compliance(body, i, i);
+            } else if geom != contact.geom {
+                (geom, inverse) = (contact.geom, inverse_mass(task.model, contact));
+            }
             (p.reference[i], p.softness[i]) = task.recipe.normal(contact.dist, p.velocity[0][i], inverse);
         }
     }

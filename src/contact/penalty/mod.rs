@@ -58,7 +58,7 @@ pub struct Scratch {
 }
 
 fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
-    let Data { penalty, contacts, movers, xmat, qacc, counts, .. } = data;
+    let Data { plan, penalty, contacts, movers, xmat, qacc, counts, .. } = data;
     let Scratch { recipes, blocks, solver, .. } = penalty;
     recipes.refresh(model, method.timestep);
     recall(&state.warm, contacts);
@@ -66,7 +66,7 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     qacc.copy_from_slice(&data.qacc_smooth);
     data.qfrc_constraint.fill(0.0);
 
-    let mut coupled = data.plan.joint_rows();
+    let mut coupled = plan.joint_rows();
     for block in &blocks.all {
         let tree = &model.trees[block.trees[0] as usize];
         let (true, Some(free)) = (block.lone, &tree.free) else {
@@ -80,7 +80,8 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
         let (change, solves) = task.solve(contacts, solver);
         counts.rows += recipe.dim * touches.len();
         counts.solves += solves;
-        let change = free::generalized(free, &xmat[root], &change);
+        let aligned = plan.aligned[block.trees[0] as usize];
+        let change = if aligned { change } else { free::generalized(free, &xmat[root], &change) };
         for (qacc, change) in qacc[tree.dofs.clone()].iter_mut().zip(change.iter()) {
             *qacc += change;
         }
@@ -144,11 +145,16 @@ impl Blocks {
     fn sort(&mut self, model: &Model, recipes: &drive::Recipes, contacts: &[Contact]) {
         let Blocks { touches, all, of_tree } = self;
         touches.clear();
+        let (mut bodies, mut trees) = ([NONE; 2], 0);
         for (i, c) in (0..).zip(contacts) {
+            if bodies != c.body {
+                bodies = c.body;
+                let [a, b] = bodies.map(|b| model.bodies[b as usize].tree.map_or(NONE, |t| t as u32));
+                trees = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+            }
             // Found but not yet within the margin: no force.
             if c.dist < recipes.of(c).margin {
-                let [a, b] = c.body.map(|b| model.bodies[b as usize].tree.map_or(NONE, |t| t as u32));
-                touches.push(Touch { trees: u64::from(a.min(b)) << 32 | u64::from(a.max(b)), contact: i });
+                touches.push(Touch { trees, contact: i });
             }
         }
         if !touches.is_sorted_by_key(|t| t.trees) {
