@@ -193,10 +193,6 @@ fn what_cannot_matter_is_not_computed() {
 /// Runs that MuJoCo itself does not repeat are cut short; what is left must still be a test.
 const LEAST_SAMPLES: usize = 1100;
 
-/// The one run that misses its tolerance, and by how much. Not understood yet: MuJoCo repeats it to 5e-13 after a
-/// kick of 1e-13, so it is no chaos. The disk's contacts are rigid to 1e-15 m there.
-const MISS: (&str, &str, f64) = ("disk.xml", "rk4", 1e-5);
-
 /// The scenes from all their starts under every integrator that MuJoCo has too, two seconds, both to rounding.
 #[test]
 fn whole_runs_are_mujocos_under_every_integrator() {
@@ -214,7 +210,6 @@ fn whole_runs_are_mujocos_under_every_integrator() {
         let (label, mut state) = starts(&model).swap_remove(start);
         let mut data = Data::new(&model);
         let (every, tolerance) = (run["every"].as_u64().expect("a number"), run["tolerance"].as_f64().expect("m"));
-        let tolerance = if (name, integrator.name) == (MISS.0, MISS.1) { MISS.2 } else { tolerance };
         for (i, there) in run["qpos"].as_array().expect("rows").iter().enumerate() {
             (0..every).for_each(|_| step(&model, &method, &mut state, &mut data).expect("stable"));
             samples += 1;
