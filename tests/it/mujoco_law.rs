@@ -161,7 +161,6 @@ fn run(case: &Case) -> Result<f64, String> {
     if off > 100.0 * case.tolerance {
         return Err(format!("{}: qvel {off:.1e} off at the end", case.name));
     }
-    eprintln!("{} {worst:.1e} {off:.1e} {:.0e}", case.name, case.tolerance);
     Ok(worst)
 }
 
