@@ -57,6 +57,24 @@ pub struct Island {
 }
 
 impl Island {
+    /// Makes room for all trees in one island, with that many contacts and rows of joints.
+    pub fn reserve(&mut self, model: &Model, contacts: usize, joints: usize) {
+        let trees = model.trees.len();
+        let widest = model.trees.iter().map(|t| t.dofs.len()).max().unwrap_or(0);
+        let constraints = contacts + joints;
+        self.units.reserve(trees);
+        self.constraints.reserve(constraints);
+        self.parts.reserve(constraints);
+        self.jac.reserve((contacts * model.plan.condim * 2 + joints) * widest);
+        self.columns.reserve(widest);
+        self.product.reserve(6 * widest);
+        let v = &mut self.vectors;
+        for vector in [&mut v.smooth, &mut v.a, &mut v.pull, &mut v.gradient, &mut v.p, &mut v.mp] {
+            vector.reserve(model.nv);
+        }
+        self.blocks.reserve(trees, model.nv);
+    }
+
     pub fn reset(&mut self) {
         self.units.clear();
         self.constraints.clear();

@@ -18,6 +18,7 @@ pub mod solver;
 use std::mem;
 
 use crate::contact::Law;
+use crate::contact::forest::Forest;
 use crate::data::{Contact, Data, Mover};
 use crate::forward::Method;
 use crate::math::{Vec3, vec3};
@@ -40,9 +41,6 @@ pub struct Scratch {
     /// Timestep for which `recipes` (one per mix of the model) were made.
     timestep: f64,
     recipes: Vec<Recipe>,
-    /// Joints with limits and dofs with dry friction.
-    limited: Vec<usize>,
-    dry: Vec<usize>,
     /// Rows of one free body.
     constraints: Vec<Constraint>,
     jac: Vec<[[f64; 6]; 6]>,
@@ -51,14 +49,13 @@ pub struct Scratch {
     island: Island,
 }
 
-/// Which trees influence one another: disjoint sets, and the constraints of each.
+/// Which trees influence one another, and the constraints of each island.
 #[derive(Clone, Debug, Default)]
 struct Groups {
-    /// Parent in the forest of disjoint sets; afterwards the root of every tree.
-    root: Vec<usize>,
+    forest: Forest,
     /// Number of each tree within its island.
     unit: Vec<usize>,
-    /// Trees, contacts and dof rows ordered by root, and where those of a root start.
+    /// Trees, contacts and dof rows by island; the lowest tree of an island is its number.
     trees: Sorted,
     contacts: Sorted,
     dofs: Sorted,
@@ -72,21 +69,22 @@ struct Sorted {
 }
 
 impl Sorted {
-    fn sort(&mut self, groups: usize, keys: impl Iterator<Item = Option<usize>> + Clone) {
+    /// Sorts the items 0, 1, … by `group`; those of none are left out.
+    fn sort(&mut self, groups: usize, items: usize, mut group: impl FnMut(usize) -> Option<usize>) {
         self.start.clear();
         self.start.resize(groups + 2, 0);
-        for key in keys.clone().flatten() {
-            self.start[key + 2] += 1;
+        for g in (0..items).filter_map(&mut group) {
+            self.start[g + 2] += 1;
         }
         for g in 2..groups + 2 {
             self.start[g] += self.start[g - 1];
         }
         self.items.clear();
         self.items.resize(self.start[groups + 1], 0);
-        for (item, key) in keys.enumerate() {
-            if let Some(key) = key {
-                self.items[self.start[key + 1]] = item;
-                self.start[key + 1] += 1;
+        for item in 0..items {
+            if let Some(g) = group(item) {
+                self.items[self.start[g + 1]] = item;
+                self.start[g + 1] += 1;
             }
         }
     }
@@ -152,9 +150,8 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     }
     // A pointer moves, not the buffers.
     let mut scratch = data.mujoco.take().unwrap_or_default();
-    scratch.prepare(model, method.timestep);
-    let single = model.trees.len() == 1 && model.trees[0].free.is_some();
-    if single && scratch.limited.is_empty() && scratch.dry.is_empty() {
+    scratch.prepare(model, method.timestep, data);
+    if single(model, data) {
         scratch.solve_free(model, state, data, 0, None);
     } else {
         scratch.solve_islands(model, method, state, data);
@@ -162,19 +159,30 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     data.mujoco = Some(scratch);
 }
 
+/// Whether there is one body only, free, and nothing but contacts can hold it.
+fn single(model: &Model, data: &Data) -> bool {
+    model.trees.len() == 1 && model.trees[0].free.is_some() && !data.plan.joint_rows()
+}
+
 impl Scratch {
-    /// Makes what depends on model and timestep only.
-    fn prepare(&mut self, model: &Model, timestep: f64) {
+    /// Makes what depends on model and timestep only, and room for as many contacts as `data` has.
+    fn prepare(&mut self, model: &Model, timestep: f64, data: &Data) {
         if self.timestep == timestep {
             return;
         }
         self.timestep = timestep;
         self.recipes = model.mixes.iter().map(|mix| Recipe::new(mix, model, timestep)).collect();
-        let flags = &model.opt.flags;
-        let limited = |j: &usize| flags.limit && model.joints[*j].range.is_some();
-        self.limited = (0..model.joints.len()).filter(limited).collect();
-        let dry = |d: &usize| flags.frictionloss && model.dofs[*d].frictionloss > 0.0;
-        self.dry = (0..model.dofs.len()).filter(dry).collect();
+        let contacts = data.contacts.capacity();
+        self.constraints.reserve(contacts);
+        self.jac.reserve(contacts);
+        if !single(model, data) {
+            // A limited joint may be near both its ends.
+            let joints = data.plan.dry.len() + 2 * data.plan.limited.len();
+            self.dof_rows.reserve(joints);
+            self.groups.dofs.items.reserve(joints);
+            self.groups.contacts.items.reserve(contacts);
+            self.island.reserve(model, contacts, joints);
+        }
     }
 
     /// One free body against what never moves. `which` are its contacts, all of them if `None`.
@@ -236,8 +244,7 @@ impl Scratch {
     fn solve_islands(&mut self, model: &Model, method: &Method, state: &State, data: &mut Data) {
         let mut dof_rows = mem::take(&mut self.dof_rows);
         dof_rows.clear();
-        rows::dry_friction(model, &self.dry, method.timestep, &state.qvel, |row| dof_rows.push(row));
-        rows::limits(model, &self.limited, method.timestep, &state.qpos, &state.qvel, |row| dof_rows.push(row));
+        rows::of_joints(model, data, method.timestep, state, |row| dof_rows.push(row));
         let mut groups = mem::take(&mut self.groups);
         groups.find(model, &data.contacts, &self.recipes, &dof_rows);
         for root in 0..model.trees.len() {
@@ -342,35 +349,22 @@ fn tree_of_dof(model: &Model, dof: usize) -> usize {
 impl Groups {
     /// Finds the islands: trees joined by active contacts.
     fn find(&mut self, model: &Model, contacts: &[Contact], recipes: &[Recipe], dof_rows: &[rows::DofRow]) {
+        let Groups { forest, unit, trees, contacts: by_island, dofs } = self;
         let count = model.trees.len();
-        self.root.clear();
-        self.root.extend(0..count);
-        self.unit.resize(count, 0);
+        forest.reset(count);
+        unit.resize(count, 0);
         let tree = |body: u32| model.bodies[body as usize].tree;
         let active = |c: &Contact| recipes[c.mix as usize].active(c.dist);
         for c in contacts.iter().filter(|c| active(c)) {
             if let [Some(a), Some(b)] = c.body.map(tree) {
-                let (a, b) = (find(&mut self.root, a), find(&mut self.root, b));
-                // The lower number stays the root, so the islands' order does not depend on the contacts'.
-                self.root[a.max(b)] = a.min(b);
+                forest.join(a, b);
             }
         }
-        for t in 0..count {
-            self.root[t] = find(&mut self.root, t);
-        }
-        let root = &self.root;
-        self.trees.sort(count, root.iter().map(|&r| Some(r)));
-        let of_contact = |c: &Contact| c.body.iter().find_map(|&b| tree(b)).filter(|_| active(c)).map(|t| root[t]);
-        self.contacts.sort(count, contacts.iter().map(of_contact));
-        self.dofs.sort(count, dof_rows.iter().map(|row| Some(root[tree_of_dof(model, row.dof)])));
+        trees.sort(count, count, |t| Some(forest.find(t)));
+        by_island.sort(count, contacts.len(), |i| {
+            let c = &contacts[i];
+            c.body.iter().find_map(|&b| tree(b)).filter(|_| active(c)).map(|t| forest.find(t))
+        });
+        dofs.sort(count, dof_rows.len(), |i| Some(forest.find(tree_of_dof(model, dof_rows[i].dof))));
     }
-}
-
-/// The root of a tree's set; shortens the way there.
-fn find(root: &mut [usize], mut t: usize) -> usize {
-    while root[t] != t {
-        root[t] = root[root[t]];
-        t = root[t];
-    }
-    t
 }

@@ -6,9 +6,10 @@
 use super::cone::Kind;
 use super::solver::Constraint;
 use crate::contact::impedance::{self, Reference};
-use crate::data::{Contact, Mover};
+use crate::data::{Contact, Data, Mover};
 use crate::math::Vec3;
 use crate::model::{Cone, Mix, Model};
+use crate::state::State;
 
 /// What all contacts of a mix have in common.
 #[derive(Clone, Copy, Debug)]
@@ -158,6 +159,12 @@ pub struct DofRow {
     pub constraint: Constraint,
 }
 
+/// Calls `emit` with the rows of dry friction, then with those of joint limits.
+pub fn of_joints(model: &Model, data: &Data, timestep: f64, state: &State, mut emit: impl FnMut(DofRow)) {
+    dry_friction(model, &data.plan.dry, timestep, &state.qvel, &mut emit);
+    limits(model, &data.plan.limited, timestep, &state.qpos, &state.qvel, &mut emit);
+}
+
 /// Calls `emit` with the row of every dof that has dry friction.
 ///
 ///     x = q̈ + B q̇,   R = (1 − d0)/d0 A
@@ -186,14 +193,7 @@ pub fn dry_friction(model: &Model, dofs: &[usize], timestep: f64, qvel: &[f64], 
 ///     ball:          dist = range − |θ|, J = −θ/|θ|      with θ the rotation vector
 ///
 /// Source: MuJoCo 4.0 manual, Computation › Constraint model › Limit.
-pub fn limits(
-    model: &Model,
-    joints: &[usize],
-    timestep: f64,
-    qpos: &[f64],
-    qvel: &[f64],
-    mut emit: impl FnMut(DofRow),
-) {
+pub fn limits(model: &Model, joints: &[usize], timestep: f64, qpos: &[f64], qvel: &[f64], mut emit: impl FnMut(DofRow)) {
     for &index in joints {
         let joint = &model.joints[index];
         let Some(range) = joint.range else { continue };
