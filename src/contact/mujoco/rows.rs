@@ -193,7 +193,14 @@ pub fn dry_friction(model: &Model, dofs: &[usize], timestep: f64, qvel: &[f64], 
 ///     ball:          dist = range − |θ|, J = −θ/|θ|      with θ the rotation vector
 ///
 /// Source: MuJoCo 4.0 manual, Computation › Constraint model › Limit.
-pub fn limits(model: &Model, joints: &[usize], timestep: f64, qpos: &[f64], qvel: &[f64], mut emit: impl FnMut(DofRow)) {
+pub fn limits(
+    model: &Model,
+    joints: &[usize],
+    timestep: f64,
+    qpos: &[f64],
+    qvel: &[f64],
+    mut emit: impl FnMut(DofRow),
+) {
     for &index in joints {
         let joint = &model.joints[index];
         let Some(range) = joint.range else { continue };
