@@ -9,7 +9,7 @@ use super::rows::{self, DofRow, Recipe};
 use super::solver::{Constraint, Into, Space, Vectors};
 use crate::data::{Contact, Data};
 use crate::dynamics;
-use crate::math::{Vec3, Vec6};
+use crate::math::Vec6;
 use crate::model::Model;
 
 /// One tree of the island.
@@ -183,14 +183,8 @@ impl Island {
         self.columns.clear();
         self.columns.resize(part.n, Vec6::zeros());
         dynamics::jacobian(model, data, contact.body[side] as usize, &contact.pos, &mut self.columns);
-        for (j, column) in self.columns.iter().enumerate() {
-            let linear = contact.frame * Vec3::new(column[0], column[1], column[2]);
-            let angular = contact.frame * Vec3::new(column[3], column[4], column[5]);
-            for k in 0..dim {
-                let value = if k < 3 { linear[k] } else { angular[k - 3] };
-                self.jac[part.start + k * part.n + j] += sign * value;
-            }
-        }
+        let Island { columns, jac, .. } = self;
+        rows::tree_rows(contact, columns, sign, dim, |k, j, value| jac[part.start + k * part.n + j] += value);
     }
 
     /// Adds a row of a tree's dofs: a joint limit or dry friction.
@@ -199,18 +193,11 @@ impl Island {
         let tree = &model.trees[tree];
         let part = Part { unit, at, n, start: self.jac.len() };
         self.jac.resize(part.start + n, 0.0);
-        for i in 0..row.n {
-            let dof = row.dof + i - tree.dofs.start;
-            match &tree.free {
-                Some(free) => {
-                    let body = tree.bodies.start;
-                    let unit = super::dof_in_mover(free, &data.movers[body], &data.xpos[body], dof);
-                    for j in 0..6 {
-                        self.jac[part.start + j] += row.entries[i] * unit[j];
-                    }
-                }
-                None => self.jac[part.start + dof] = row.entries[i],
-            }
+        let (first, entries) = (row.dof - tree.dofs.start, &row.entries[..row.n]);
+        let jac = &mut self.jac[part.start..];
+        match &tree.free {
+            Some(_) => jac.copy_from_slice(&super::dof_row(tree, data, row)),
+            None => jac[first..first + row.n].copy_from_slice(entries),
         }
         self.parts.push(Parts { parts: [part, Part::default()], count: 1, ..Parts::default() });
         self.constraints.push(row.constraint);

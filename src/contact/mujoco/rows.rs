@@ -7,7 +7,7 @@ use super::cone::Kind;
 use super::solver::Constraint;
 use crate::contact::impedance::{self, Reference};
 use crate::data::{Contact, Data, Mover};
-use crate::math::Vec3;
+use crate::math::{Vec3, Vec6};
 use crate::model::{Cone, Mix, Model};
 use crate::state::State;
 
@@ -146,6 +146,25 @@ pub fn free_rows(contact: &Contact, mover: &Mover, sign: f64, jac: &mut [[f64; 6
     for k in 3..dim {
         let turn = mover.axes.tr_mul(&contact.frame.row(k - 3).transpose()) * sign;
         jac[k] = [0.0, 0.0, 0.0, turn.x, turn.y, turn.z];
+    }
+}
+
+/// Rows of a contact for one side, in the dofs of its tree: ± frame · J. Calls `add` with row, dof and number.
+///
+/// In: `columns` J of the contact point ([`dynamics::jacobian`](crate::dynamics::jacobian)).
+#[inline]
+pub fn tree_rows(contact: &Contact, columns: &[Vec6], sign: f64, dim: usize, mut add: impl FnMut(usize, usize, f64)) {
+    for (j, column) in columns.iter().enumerate() {
+        let linear = contact.frame * Vec3::new(column[0], column[1], column[2]) * sign;
+        for k in 0..dim.min(3) {
+            add(k, j, linear[k]);
+        }
+        if dim > 3 {
+            let angular = contact.frame * Vec3::new(column[3], column[4], column[5]) * sign;
+            for k in 3..dim {
+                add(k, j, angular[k - 3]);
+            }
+        }
     }
 }
 
