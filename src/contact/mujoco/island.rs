@@ -48,7 +48,9 @@ pub struct Island {
     pub constraints: Vec<Constraint>,
     pub vectors: Vectors<Vec<f64>>,
     parts: Vec<Parts>,
+    /// Numbers of all rows; those from `used` on are left over from larger islands.
     jac: Vec<f64>,
+    used: usize,
     blocks: Blocks,
     /// Twists of a point per dof of a tree.
     columns: Vec<Vec6>,
@@ -79,7 +81,18 @@ impl Island {
         self.units.clear();
         self.constraints.clear();
         self.parts.clear();
-        self.jac.clear();
+        self.used = 0;
+    }
+
+    /// Room for the rows of a part, with whatever numbers were there.
+    fn part(&mut self, unit: usize, rows: usize) -> Part {
+        let Unit { at, n, .. } = self.units[unit];
+        let start = self.used;
+        self.used += rows * n;
+        if self.jac.len() < self.used {
+            self.jac.resize(self.used, 0.0);
+        }
+        Part { unit, at, n, start }
     }
 
     /// Adds a tree; returns its number in the island.
@@ -132,13 +145,13 @@ impl Island {
                 self.add_tree_rows(model, data, contact, side, sign, parts.parts[0], dim);
                 continue;
             }
-            let Unit { tree, at, n } = self.units[unit];
-            let part = Part { unit, at, n, start: self.jac.len() };
-            self.jac.resize(part.start + dim * n, 0.0);
-            if model.trees[tree].free.is_some() {
-                let mover = &data.movers[model.trees[tree].bodies.start];
-                rows::free_rows(contact, mover, sign, self.jac[part.start..].as_chunks_mut::<6>().0);
+            let part = self.part(unit, dim);
+            let tree = &model.trees[self.units[unit].tree];
+            let jac = &mut self.jac[part.start..self.used];
+            if tree.free.is_some() {
+                rows::free_rows(contact, &data.movers[tree.bodies.start], sign, jac.as_chunks_mut::<6>().0);
             } else {
+                jac.fill(0.0);
                 self.add_tree_rows(model, data, contact, side, sign, part, dim);
             }
             parts.parts[parts.count] = part;
@@ -163,9 +176,10 @@ impl Island {
         } else {
             rows::inverse_mass(model, contact)
         };
-        let mut constraint = Constraint::default();
-        recipe.fill(contact.dist, inverse, &v, &mut constraint);
-        self.constraints.push(constraint);
+        self.constraints.push(Constraint::default());
+        if let Some(constraint) = self.constraints.last_mut() {
+            recipe.fill(contact.dist, inverse, &v, constraint);
+        }
         self.parts.push(parts);
     }
 
@@ -189,15 +203,16 @@ impl Island {
 
     /// Adds a row of a tree's dofs: a joint limit or dry friction.
     pub fn add_dof_row(&mut self, model: &Model, data: &Data, row: &DofRow, unit: usize) {
-        let Unit { tree, at, n } = self.units[unit];
-        let tree = &model.trees[tree];
-        let part = Part { unit, at, n, start: self.jac.len() };
-        self.jac.resize(part.start + n, 0.0);
+        let part = self.part(unit, 1);
+        let tree = &model.trees[self.units[unit].tree];
         let (first, entries) = (row.dof - tree.dofs.start, &row.entries[..row.n]);
-        let jac = &mut self.jac[part.start..];
+        let jac = &mut self.jac[part.start..self.used];
         match &tree.free {
             Some(_) => jac.copy_from_slice(&super::dof_row(tree, data, row)),
-            None => jac[first..first + row.n].copy_from_slice(entries),
+            None => {
+                jac.fill(0.0);
+                jac[first..first + row.n].copy_from_slice(entries);
+            }
         }
         self.parts.push(Parts { parts: [part, Part::default()], count: 1, ..Parts::default() });
         self.constraints.push(row.constraint);

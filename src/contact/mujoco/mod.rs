@@ -4,6 +4,9 @@
 //! accelerations that cost least. Bodies that do not influence one another are solved apart: a small tree, such as a
 //! free body, that touches only what never moves in [`lone`], all others as an [`island`].
 //!
+//! With `tolerance` 0 accelerations are MuJoCo's to rounding. So are the forces, unless friction is so small, or a
+//! contact so rigid, that MuJoCo's rounding of a_ref decides how two contacts share a load (the tutorial's disk).
+//!
 //! Source: MuJoCo 4.0 manual, Computation › Constraint model and Constraint solver; formulas re-checked against
 //! 4.0.0 by running it.
 
