@@ -30,7 +30,7 @@ pub struct Thing {
     pub checker: bool,
     /// Casts a shadow on planes.
     pub shadow: bool,
-    /// Lies on a plane like paint: takes that plane's shadows.
+    /// Lies on a floor like paint, and is drawn with it.
     pub paint: bool,
 }
 

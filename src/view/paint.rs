@@ -7,6 +7,7 @@ use std::ops::Range;
 use std::sync::Mutex;
 
 use super::draw::{DrawList, Layer};
+use super::ground::Row;
 use super::mesh;
 use super::raster::{Band, HalfSpace, NOTHING, SAMPLES, Triangle, V3};
 use super::shade::{BandLight, Shader, linear};
@@ -93,6 +94,11 @@ impl Bin {
     }
 
     fn push(&mut self, t: Triangle) {
+        let [p, q, r] = t.at;
+        // Most back faces, before anything is done for them.
+        if (r[0] - p[0]) * (q[1] - p[1]) < (q[0] - p[0]) * (r[1] - p[1]) {
+            return;
+        }
         let y = t.at.map(|p| p[1]);
         let low = y[0].min(y[1]).min(y[2]) - 1.0;
         let high = y[0].max(y[1]).max(y[2]) + 1.0;
@@ -116,62 +122,95 @@ impl Bin {
 struct Frame<'a> {
     shader: Shader<'a>,
     planes: Vec<HalfSpace>,
+    /// Ids below this are floors.
+    floors: u32,
     layers: [Bin; 3],
     width: usize,
-    /// Then the background already shows it, and samples that see floor 0 need no work.
-    one_floor: bool,
 }
 
 /// What a thread needs to draw bands.
 struct Scratch {
     layers: [Band; 3],
-    /// A row: the light that arrives on the floor, and linear red, green, blue.
-    open: Vec<f32>,
-    color: [Vec<f32>; 3],
+    row: Row,
+    /// The pixels of a row that are more than background: a bit each.
+    touched: Vec<u64>,
 }
 
-/// The samples of a band, layer by layer.
-struct Layers<'a> {
-    solid: &'a Band,
-    glass: Option<&'a mut Band>,
-    note: Option<&'a mut Band>,
-}
+/// The samples of a band, layer by layer; none where a layer is empty.
+struct Layers<'a>([Option<&'a Band>; 3]);
 
 type Samples<'a> = (&'a [u32; SAMPLES], &'a [f32; SAMPLES]);
 
 impl Layers<'_> {
-    fn glass_at(&self, k: usize) -> Option<Samples<'_>> {
-        self.glass.as_ref().filter(|b| b.id[k] != [NOTHING; SAMPLES]).map(|b| (&b.id[k], &b.inverse_depth[k]))
+    /// What a layer has in pixel `k`, if anything.
+    #[inline]
+    fn at(&self, layer: usize, k: usize) -> Option<Samples<'_>> {
+        self.0[layer].filter(|b| b.id[k] != [NOTHING; SAMPLES]).map(|b| (&b.id[k], &b.inverse_depth[k]))
     }
-    fn note_at(&self, k: usize) -> Option<Samples<'_>> {
-        self.note.as_ref().filter(|b| b.id[k] != [NOTHING; SAMPLES]).map(|b| (&b.id[k], &b.inverse_depth[k]))
+
+    /// The bits of the pixels of a row in which any layer may have something.
+    fn touched(&self, row: usize, bits: &mut [u64]) {
+        bits.fill(0);
+        for band in self.0.iter().flatten() {
+            bits.iter_mut().zip(band.touched(row)).for_each(|(all, own)| *all |= own);
+        }
     }
 }
 
-/// Draws the list. `threads` only changes how long it takes.
+/// Draws pictures one after another, and keeps what it needs for that.
+pub struct Painter {
+    /// Of each thread.
+    scratch: Vec<Scratch>,
+}
+
+/// Draws one picture. `threads` only changes how long it takes.
 pub fn paint(list: &DrawList, width: usize, height: usize, threads: usize) -> Image {
     let mut image = Image::new(width, height);
-    if width == 0 || height == 0 {
-        return image;
-    }
-    let frame = Frame::new(list, width, height);
-    let bands = Mutex::new(image.rgba.chunks_mut(BAND_ROWS * width * 4).enumerate());
-    let work = || {
-        let layers = [0; 3].map(|_| Band::new(width, BAND_ROWS));
-        let mut scratch = Scratch { layers, open: vec![1.0; width], color: [0; 3].map(|_| vec![0.0; width]) };
-        loop {
-            let next = bands.lock().ok().and_then(|mut bands| bands.next());
-            let Some((index, rows)) = next else { break };
-            frame.band(index, rows, &mut scratch);
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 1..threads.max(1) {
-            scope.spawn(work);
-        }
-        work();
-    });
+    Painter::new(threads).paint(list, &mut image);
     image
+}
+
+impl Painter {
+    pub fn new(threads: usize) -> Painter {
+        Painter { scratch: (0..threads.max(1)).map(|_| Scratch::new(0)).collect() }
+    }
+
+    /// Draws the list over all of a picture.
+    pub fn paint(&mut self, list: &DrawList, image: &mut Image) {
+        let (width, height) = (image.width, image.height);
+        if width == 0 || height == 0 {
+            return;
+        }
+        let frame = Frame::new(list, width, height);
+        let bands = Mutex::new(image.rgba.chunks_mut(BAND_ROWS * width * 4).enumerate());
+        let work = |scratch: &mut Scratch| {
+            if scratch.row[0].len() != width {
+                *scratch = Scratch::new(width);
+            }
+            loop {
+                let next = bands.lock().ok().and_then(|mut bands| bands.next());
+                let Some((index, rows)) = next else { break };
+                frame.band(index, rows, scratch);
+            }
+        };
+        let [own, others @ ..] = &mut self.scratch[..] else { return };
+        std::thread::scope(|scope| {
+            for scratch in others {
+                scope.spawn(|| work(scratch));
+            }
+            work(own);
+        });
+    }
+}
+
+impl Scratch {
+    fn new(width: usize) -> Scratch {
+        Scratch {
+            layers: [0; 3].map(|_| Band::new(width, BAND_ROWS)),
+            row: [0; 3].map(|_| vec![0.0; width]),
+            touched: vec![0; width.div_ceil(64)],
+        }
+    }
 }
 
 impl<'a> Frame<'a> {
@@ -181,7 +220,10 @@ impl<'a> Frame<'a> {
         let mut layers = [0; 3].map(|_| Bin::new(bands));
         let mut id = list.floors.len() as u32;
         for thing in &list.things {
-            project(thing, &eye, id, &mut layers[thing.layer as usize]);
+            // Paint is drawn with its floor.
+            if !thing.paint {
+                project(thing, &eye, id, &mut layers[thing.layer as usize]);
+            }
             id += 1;
         }
         for trail in &list.trails {
@@ -191,13 +233,8 @@ impl<'a> Frame<'a> {
             id += 1;
         }
         let planes: Vec<_> = (0..list.floors.len()).filter_map(|i| half_space(list, &eye, i)).collect();
-        Frame {
-            shader: Shader::new(list, eye, &planes, [width, height]),
-            planes,
-            layers,
-            width,
-            one_floor: list.floors.len() == 1,
-        }
+        let floors = list.floors.len() as u32;
+        Frame { shader: Shader::new(list, eye, &planes, [width, height]), planes, floors, layers, width }
     }
 
     /// Draws one band into its rows of the picture.
@@ -205,94 +242,92 @@ impl<'a> Frame<'a> {
         let top = index * BAND_ROWS;
         let columns = self.columns(index);
         let light = self.shader.band(top, BAND_ROWS);
-        let layers = self.sample(index, top, columns.clone(), &mut scratch.layers);
+        let layers = self.sample(index, top, columns, &mut scratch.layers);
         for (row, out) in rows.chunks_mut(self.width * 4).enumerate() {
             let y = (top + row) as f32 + 0.5;
             let sky = self.shader.sky(y);
-            self.shader.background(y, sky, &light, &mut scratch.open, &mut scratch.color);
-            let bare = if self.one_floor { [0; SAMPLES] } else { [NOTHING; SAMPLES] };
-            for x in columns.clone() {
-                let k = row * self.width + x;
-                if layers.solid.id[k] == bare && layers.glass_at(k).is_none() && layers.note_at(k).is_none() {
-                    continue;
-                }
-                let color = self.pixel(&layers, k, [x as f32 + 0.5, y], sky, &light);
-                for c in 0..3 {
-                    scratch.color[c][x] = color[c];
+            let line = &mut scratch.row;
+            self.shader.background(y, sky, &light, line);
+            layers.touched(row, &mut scratch.touched);
+            self.between_floors(y, &mut scratch.touched);
+            for (word, bits) in scratch.touched.iter().enumerate() {
+                let mut bits = *bits;
+                while bits != 0 {
+                    let x = 64 * word + bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    let seen = [0, 1, 2].map(|layer| layers.at(layer, row * self.width + x));
+                    let bare = V3::new(linear(line[0][x]), linear(line[1][x]), linear(line[2][x]));
+                    let color = self.pixel(seen, [x as f32 + 0.5, y], &bare, &light);
+                    (0..3).for_each(|c| line[c][x] = color[c].sqrt());
                 }
             }
-            encode(&scratch.color, out);
+            encode(line, out);
         }
     }
 
-    /// The columns in which a band has to be looked at sample by sample.
+    /// The columns that the triangles of a band reach.
     fn columns(&self, index: usize) -> Range<usize> {
-        if self.planes.len() > 1 {
-            return 0..self.width;
-        }
         let span = self.layers.iter().map(|bin| bin.columns[index]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let [from, to] = span.unwrap_or([0.0; 2]);
-        let from = from.max(0.0) as usize;
-        from.min(self.width)..((to.max(0.0) as usize).saturating_add(1)).min(self.width).max(from.min(self.width))
+        let from = (from.max(0.0) as usize).min(self.width);
+        from..((to.max(0.0) as usize).saturating_add(1)).min(self.width).max(from)
+    }
+
+    /// Adds the bits of the pixels in which two floors meet: the background has only one of them.
+    fn between_floors(&self, y: f32, touched: &mut [u64]) {
+        if self.planes.len() < 2 {
+            return;
+        }
+        for x in 0..self.width {
+            let (mut ids, mut depths) = ([NOTHING; SAMPLES], [0.0; SAMPLES]);
+            self.planes.iter().for_each(|plane| plane.cover([x as f32 + 0.5, y], &mut ids, &mut depths));
+            touched[x / 64] |= u64::from(ids != [ids[0]; SAMPLES]) << (x % 64);
+        }
     }
 
     /// Finds what each sample of a band sees.
     fn sample<'s>(&self, index: usize, top: usize, columns: Range<usize>, scratch: &'s mut [Band; 3]) -> Layers<'s> {
-        let [solid, glass, note] = scratch;
-        solid.clear(top, columns.clone());
-        for plane in &self.planes {
-            solid.half_space(plane, columns.clone());
+        let mut layers = [None; 3];
+        for ((bin, band), layer) in self.layers.iter().zip(scratch).zip(&mut layers) {
+            if bin.bands[index].is_empty() {
+                continue;
+            }
+            band.clear(top, columns.clone());
+            for &t in &bin.bands[index] {
+                band.triangle(&bin.triangles[t as usize]);
+            }
+            *layer = Some(&*band);
         }
-        self.triangles(Layer::Solid, index, solid);
-        let has = |layer: Layer| !self.layers[layer as usize].bands[index].is_empty();
-        if has(Layer::Glass) {
-            glass.clear(top, columns.clone());
-            glass.inverse_depth.copy_from_slice(&solid.inverse_depth);
-            self.triangles(Layer::Glass, index, glass);
-        }
-        if has(Layer::Note) {
-            note.clear(top, columns);
-            self.triangles(Layer::Note, index, note);
-        }
-        Layers { solid, glass: has(Layer::Glass).then_some(glass), note: has(Layer::Note).then_some(note) }
+        Layers(layers)
     }
 
-    /// Linear colour of a pixel from its samples.
-    fn pixel(&self, layers: &Layers, k: usize, at: [f32; 2], sky: V3, light: &BandLight) -> V3 {
-        let (ids, depths) = (&layers.solid.id[k], &layers.solid.inverse_depth[k]);
-        let (glass, note) = (layers.glass_at(k), layers.note_at(k));
-        // Most pixels see one thing only.
-        if ids[1..].iter().all(|id| *id == ids[0]) && glass.is_none() && note.is_none() {
-            let depth = 0.25 * (depths[0] + depths[1] + depths[2] + depths[3]);
-            return self.shader.color(ids[0], depth, at, sky, light);
-        }
-        let mut samples = [V3::zeros(); SAMPLES];
-        each(ids, depths, |id, depth, which| {
-            let color = self.shader.color(id, depth, at, sky, light);
-            which.iter().for_each(|&s| samples[s] = color);
+    /// Linear colour of a pixel from its samples; `bare` is that of the background.
+    fn pixel(&self, [solid, glass, note]: [Option<Samples>; 3], at: [f32; 2], bare: &V3, light: &BandLight) -> V3 {
+        let (mut ids, mut depths) = solid.map_or(([NOTHING; SAMPLES], [0.0; SAMPLES]), |(ids, depths)| (*ids, *depths));
+        self.planes.iter().for_each(|plane| plane.cover(at, &mut ids, &mut depths));
+        // Of one floor the background already has the colour.
+        let floors = if self.planes.len() > 1 { 0 } else { self.floors };
+        let mut samples = [*bare; SAMPLES];
+        each(&ids, &depths, |id, depth, which| {
+            if id != NOTHING && id >= floors {
+                let color = self.shader.color(id, depth, at, light);
+                which.iter().for_each(|&s| samples[s] = color);
+            }
         });
-        if let Some((ids, depths)) = glass {
-            self.over(ids, depths, None, at, light, &mut samples);
-        }
-        if let Some((ids, nearness)) = note {
-            self.over(ids, nearness, Some(depths), at, light, &mut samples);
+        for (over, hidden) in [(glass, 0.0), (note, HIDDEN_NOTE)] {
+            if let Some(over) = over {
+                self.over(over, &depths, hidden, at, light, &mut samples);
+            }
         }
         samples.iter().sum::<V3>() / SAMPLES as f32
     }
 
-    fn triangles(&self, layer: Layer, index: usize, band: &mut Band) {
-        let bin = &self.layers[layer as usize];
-        for &t in &bin.bands[index] {
-            band.triangle(&bin.triangles[t as usize]);
-        }
-    }
-
-    /// Lays a see-through layer over the samples; faintly where `hidden_by` is nearer.
+    /// Lays a see-through layer over the samples; only the share `hidden` of it where something solid is nearer.
     fn over(
         &self,
-        ids: &[u32; SAMPLES],
-        depths: &[f32; SAMPLES],
-        hidden_by: Option<&[f32; SAMPLES]>,
+        (ids, depths): Samples,
+        solid: &[f32; SAMPLES],
+        hidden: f32,
         at: [f32; 2],
         light: &BandLight,
         samples: &mut [V3; SAMPLES],
@@ -301,38 +336,38 @@ impl<'a> Frame<'a> {
             if id == NOTHING {
                 return;
             }
-            let color = self.shader.color(id, depth, at, V3::zeros(), light);
+            let color = self.shader.color(id, depth, at, light);
             let opacity = self.shader.opacity(id);
             for &s in which {
-                let faint = hidden_by.is_some_and(|solid| solid[s] > depths[s]);
-                let alpha = if faint { opacity * HIDDEN_NOTE } else { opacity };
-                samples[s] = samples[s].lerp(&color, alpha);
+                let alpha = if solid[s] > depths[s] { opacity * hidden } else { opacity };
+                samples[s] += (color - samples[s]) * alpha;
             }
         });
     }
 }
 
-/// A row of linear colours as bytes, several at a time.
-fn encode(color: &[Vec<f32>; 3], out: &mut [u8]) {
-    const LANES: usize = 8;
-    for (c, values) in color.iter().enumerate() {
-        for (values, out) in values.chunks(LANES).zip(out.chunks_mut(4 * LANES)) {
-            let mut lanes = [0.0f32; LANES];
-            lanes[..values.len()].copy_from_slice(values);
-            let bytes = lanes.map(|v| {
-                let v = if v > 0.0 { v } else { 0.0 };
-                let v = if v < 1.0 { v } else { 1.0 };
-                v.sqrt() * 255.0 + 0.5
-            });
-            for (pixel, byte) in out.chunks_exact_mut(4).zip(bytes) {
-                pixel[c] = byte as i32 as u8;
-            }
-        }
+/// A row of screen colours as bytes, several at a time.
+fn encode([red, green, blue]: &Row, out: &mut [u8]) {
+    /// Added to a number between 0 and 255 it leaves the nearest whole one in the lowest byte: 1.5 · 2²³.
+    const BYTE: f32 = 12_582_912.0;
+    let byte = |v: f32| {
+        let v = if v > 0.0 { v } else { 0.0 };
+        let v = if v < 1.0 { v } else { 1.0 };
+        (v * 255.0 + BYTE).to_bits() & 0xff
+    };
+    let (pixels, _) = out.as_chunks_mut::<4>();
+    for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
+        *pixel = (byte(*red) | byte(*green) << 8 | byte(*blue) << 16 | 0xff00_0000).to_le_bytes();
     }
 }
 
 /// Calls `f(id, mean 1/depth, samples)` once for each thing seen in a pixel.
+#[inline]
 fn each(ids: &[u32; SAMPLES], depths: &[f32; SAMPLES], mut f: impl FnMut(u32, f32, &[usize])) {
+    // Most pixels see one thing only.
+    if *ids == [ids[0]; SAMPLES] {
+        return f(ids[0], 0.25 * (depths[0] + depths[1] + depths[2] + depths[3]), &[0, 1, 2, 3]);
+    }
     let mut done = [false; SAMPLES];
     for first in 0..SAMPLES {
         if done[first] {

@@ -48,6 +48,8 @@ pub fn run(open: Open) -> Result<(), String> {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]).with_title("Penny"),
         persist_window: false,
+        // Costs a software renderer more than it shows.
+        dithering: false,
         ..eframe::NativeOptions::default()
     };
     let window = Window::new(open);
