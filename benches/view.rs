@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use penny::view::open;
-use penny::view::paint::paint;
+use penny::view::paint::{Image, Painter};
 use penny::view::stage::{Held, Stage};
 
 /// Ten bodies that fall on one another, with timestep 0.001.
@@ -47,7 +47,7 @@ fn time(what: &str, batches: usize, each: usize, alone: bool, mut act: impl FnMu
         })
         .collect();
     tries.sort_by(f64::total_cmp);
-    println!("  {what:44} {:8.3} ms  (median {:.3} ms)", tries[0], tries[batches / 2]);
+    println!("  {what:40} {:8.3} ms  (median {:.3} ms)", tries[0], tries[batches / 2]);
     tries[0]
 }
 
@@ -63,10 +63,18 @@ fn pictures(name: &str, path: &Path) {
     (0..600).for_each(|_| assert!(stage.step()));
     stage.hold(Held { forward: 1.0, ..Held::default() });
     stage.step();
-    let list = stage.draw();
+    let mut list = stage.draw();
     for ([width, height], threads) in [([1280, 720], 1), ([1280, 720], 2), ([980, 530], 1), ([980, 530], 2)] {
-        let what = format!("{width}×{height}, {threads} thread{}", if threads == 1 { "" } else { "s" });
-        time(&what, 8, 20, threads == 1, || drop(paint(&list, width, height, threads)));
+        let (mut painter, mut image) = (Painter::new(threads), Image::new(width, height));
+        let mut picture = |turn: f64, what: &str| {
+            let what = format!("{width}×{height}, {what}, {threads} thread{}", if threads == 1 { "" } else { "s" });
+            time(&what, 8, 20, threads == 1, || {
+                list.camera.azimuth += turn;
+                painter.paint(&list, &mut image);
+            });
+        };
+        picture(0.0, "camera at rest");
+        picture(1e-4, "camera turns");
     }
 }
 
@@ -76,7 +84,7 @@ fn steps(name: &str, path: &Path) {
     let each = time("1000 steps with ledger, history and referee", 10, 10, true, || {
         (0..1000).for_each(|_| assert!(stage.step()));
     });
-    println!("  {:44} {:8.0} × real time", "", 1e3 / each);
+    println!("  {:40} {:8.0} × real time", "", 1e3 / each);
 }
 
 struct Ended(Child);

@@ -16,7 +16,7 @@ pub enum Layer {
 }
 
 /// A shape to draw.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thing {
     pub shape: Shape,
     pub size: V3,
@@ -35,7 +35,7 @@ pub struct Thing {
 }
 
 /// An endless plane with a grid.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Floor {
     pub pos: V3,
     /// Columns: two directions of the grid, and the normal.

@@ -142,19 +142,18 @@ impl Ground {
         far * far / (1.0 + far * far)
     }
 
-    /// Draws the floor into a row of the picture where it is seen, under the given shadows.
-    pub fn row<'s>(&self, y: f32, shadows: impl Iterator<Item = &'s Shadow>, row: &mut Row) {
+    /// The columns of a row of the picture in which the floor is seen.
+    fn seen(&self, y: f32, width: usize) -> Range<usize> {
         let [alpha, beta, gamma] = self.chart.nearness;
-        let mut seen = clip(0..row[0].len(), alpha, beta * y + gamma - 1e-9);
-        for [a, b, c] in &self.before {
-            seen = clip(seen, *a, b * y + c);
-        }
-        if seen.is_empty() {
-            return;
-        }
+        let above = clip(0..width, alpha, beta * y + gamma - 1e-9);
+        self.before.iter().fold(above, |seen, [a, b, c]| clip(seen, *a, b * y + c))
+    }
+
+    /// Draws the floor with its grid and paint into a row of the picture.
+    pub fn row(&self, y: f32, row: &mut Row) {
+        let seen = self.seen(y, row[0].len());
         self.bare(y, seen.clone(), row);
         self.paint.iter().for_each(|patch| self.patch(patch, y, seen.clone(), row));
-        shadows.for_each(|shadow| self.shade(shadow, y, seen.clone(), row));
     }
 
     /// Colour, grid and haze.
@@ -215,9 +214,10 @@ impl Ground {
         }
     }
 
-    /// Lays a shadow over a row; the haze in front of the floor stays. Between the ends of a few pixels everything is
+    /// Lays a shadow over a row of the picture; the haze in front of the floor stays. Between the ends of a few pixels everything is
     /// taken as straight.
-    fn shade(&self, shadow: &Shadow, y: f32, seen: Range<usize>, row: &mut Row) {
+    pub fn shade(&self, shadow: &Shadow, y: f32, pixels: &mut [[u8; 4]]) {
+        let seen = self.seen(y, pixels.len());
         let [u, v] = [0, 1].map(|i| [shadow.from[i], shadow.from[i] + shadow.size[i]]);
         let columns = self.chart.columns(y, 1, v, self.chart.columns(y, 0, u, seen));
         for start in columns.clone().step_by(LANES) {
@@ -228,15 +228,14 @@ impl Ground {
                 (shadow.texel(self.chart.at(x, y, depth)), depth)
             });
             let step = [0, 1].map(|i| (to[i] - from[i]) / (end - start) as f32);
-            let haze = self.horizon.map(|h| h * self.haze(depth));
-            let [red, green, blue] = row;
-            let pixels = red[start..end].iter_mut().zip(&mut green[start..end]).zip(&mut blue[start..end]);
-            for (i, ((red, green), blue)) in pixels.enumerate() {
+            let haze = self.horizon.map(|h| 255.0 * h * self.haze(depth));
+            for (i, pixel) in pixels[start..end].iter_mut().enumerate() {
                 let i = i as i32 as f32;
                 let open = shadow.open([from[0] + i * step[0], from[1] + i * step[1]]);
-                *red = haze[0] + (*red - haze[0]) * open;
-                *green = haze[1] + (*green - haze[1]) * open;
-                *blue = haze[2] + (*blue - haze[2]) * open;
+                for c in 0..3 {
+                    let old = pixel[c] as i32 as f32;
+                    pixel[c] = (haze[c] + (old - haze[c]) * open + WHOLE).to_bits() as u8;
+                }
             }
         }
     }
@@ -308,6 +307,9 @@ impl Patch {
 
 /// Pixels done at once.
 const LANES: usize = 16;
+/// Adding and subtracting 1.5 · 2²³ rounds to the nearest whole number; added to one from 0 to 255, it leaves that in
+/// the lowest byte.
+pub const WHOLE: f32 = 12_582_912.0;
 
 /// The columns out of `within` at whose pixels' centres a x + b ≥ 0.
 fn clip(within: Range<usize>, a: f32, b: f32) -> Range<usize> {
@@ -342,8 +344,6 @@ fn fade(width: f32) -> f32 {
 /// darkness of a whole line.
 #[inline]
 fn line(x: f32, [per_width, dark]: [f32; 2]) -> f32 {
-    /// Adding and subtracting 1.5 · 2²³ rounds to the nearest whole number.
-    const ROUND: f32 = 12_582_912.0;
-    let distance = (x - ((x + ROUND) - ROUND)).abs();
+    let distance = (x - ((x + WHOLE) - WHOLE)).abs();
     larger(1.0 - distance * per_width, 0.0) * dark
 }

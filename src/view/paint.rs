@@ -6,8 +6,9 @@
 use std::ops::Range;
 use std::sync::Mutex;
 
-use super::draw::{DrawList, Layer};
-use super::ground::Row;
+use super::camera::Camera;
+use super::draw::{DrawList, Floor, Layer, Thing};
+use super::ground::{Row, WHOLE};
 use super::mesh;
 use super::raster::{Band, HalfSpace, NOTHING, SAMPLES, Triangle, V3};
 use super::shade::{BandLight, Shader, linear};
@@ -157,10 +158,29 @@ impl Layers<'_> {
     }
 }
 
-/// Draws pictures one after another, and keeps what it needs for that.
+/// Draws pictures one after another, and keeps what the next one may need as well.
 pub struct Painter {
     /// Of each thread.
     scratch: Vec<Scratch>,
+    /// The last picture's sky and floors, as bytes, and what they follow from.
+    background: Vec<u8>,
+    view: Option<View>,
+}
+
+/// What sky and floors, with their paint but without shadows, follow from.
+#[derive(PartialEq)]
+struct View {
+    size: [usize; 2],
+    camera: Camera,
+    floors: Vec<Floor>,
+    paint: Vec<Thing>,
+}
+
+impl View {
+    fn of(list: &DrawList, size: [usize; 2]) -> View {
+        let paint = list.things.iter().filter(|thing| thing.paint).copied().collect();
+        View { size, camera: list.camera, floors: list.floors.clone(), paint }
+    }
 }
 
 /// Draws one picture. `threads` only changes how long it takes.
@@ -172,7 +192,8 @@ pub fn paint(list: &DrawList, width: usize, height: usize, threads: usize) -> Im
 
 impl Painter {
     pub fn new(threads: usize) -> Painter {
-        Painter { scratch: (0..threads.max(1)).map(|_| Scratch::new(0)).collect() }
+        let scratch = (0..threads.max(1)).map(|_| Scratch::new(0)).collect();
+        Painter { scratch, background: Vec::new(), view: None }
     }
 
     /// Draws the list over all of a picture.
@@ -182,14 +203,23 @@ impl Painter {
             return;
         }
         let frame = Frame::new(list, width, height);
-        let bands = Mutex::new(image.rgba.chunks_mut(BAND_ROWS * width * 4).enumerate());
+        let view = Some(View::of(list, [width, height]));
+        let fresh = self.view != view;
+        self.view = view;
+        self.background.resize(image.rgba.len(), 255);
+        let bytes = BAND_ROWS * width * 4;
+        let bands = Mutex::new(image.rgba.chunks_mut(bytes).zip(self.background.chunks_mut(bytes)).enumerate());
         let work = |scratch: &mut Scratch| {
             if scratch.row[0].len() != width {
                 *scratch = Scratch::new(width);
             }
             loop {
                 let next = bands.lock().ok().and_then(|mut bands| bands.next());
-                let Some((index, rows)) = next else { break };
+                let Some((index, (rows, background))) = next else { break };
+                if fresh {
+                    frame.background(index, background, &mut scratch.row);
+                }
+                rows.copy_from_slice(background);
                 frame.band(index, rows, scratch);
             }
         };
@@ -237,17 +267,23 @@ impl<'a> Frame<'a> {
         Frame { shader: Shader::new(list, eye, &planes, [width, height]), planes, floors, layers, width }
     }
 
-    /// Draws one band into its rows of the picture.
+    /// Sky and floors of a band.
+    fn background(&self, index: usize, rows: &mut [u8], line: &mut Row) {
+        for (row, out) in rows.chunks_mut(self.width * 4).enumerate() {
+            self.shader.background((index * BAND_ROWS + row) as f32 + 0.5, line);
+            encode(line, out);
+        }
+    }
+
+    /// Draws one band over its background.
     fn band(&self, index: usize, rows: &mut [u8], scratch: &mut Scratch) {
         let top = index * BAND_ROWS;
-        let columns = self.columns(index);
         let light = self.shader.band(top, BAND_ROWS);
-        let layers = self.sample(index, top, columns, &mut scratch.layers);
+        let layers = self.sample(index, top, self.columns(index), &mut scratch.layers);
         for (row, out) in rows.chunks_mut(self.width * 4).enumerate() {
             let y = (top + row) as f32 + 0.5;
-            let sky = self.shader.sky(y);
-            let line = &mut scratch.row;
-            self.shader.background(y, sky, &light, line);
+            let (pixels, _) = out.as_chunks_mut::<4>();
+            self.shader.darken(y, &light, pixels);
             layers.touched(row, &mut scratch.touched);
             self.between_floors(y, &mut scratch.touched);
             for (word, bits) in scratch.touched.iter().enumerate() {
@@ -256,12 +292,11 @@ impl<'a> Frame<'a> {
                     let x = 64 * word + bits.trailing_zeros() as usize;
                     bits &= bits - 1;
                     let seen = [0, 1, 2].map(|layer| layers.at(layer, row * self.width + x));
-                    let bare = V3::new(linear(line[0][x]), linear(line[1][x]), linear(line[2][x]));
-                    let color = self.pixel(seen, [x as f32 + 0.5, y], &bare, &light);
-                    (0..3).for_each(|c| line[c][x] = color[c].sqrt());
+                    let [red, green, blue, _] = pixels[x].map(|c| linear(f32::from(c) / 255.0));
+                    let color = self.pixel(seen, [x as f32 + 0.5, y], &V3::new(red, green, blue), &light);
+                    (0..3).for_each(|c| pixels[x][c] = byte(color[c].sqrt()) as u8);
                 }
             }
-            encode(line, out);
         }
     }
 
@@ -348,17 +383,18 @@ impl<'a> Frame<'a> {
 
 /// A row of screen colours as bytes, several at a time.
 fn encode([red, green, blue]: &Row, out: &mut [u8]) {
-    /// Added to a number between 0 and 255 it leaves the nearest whole one in the lowest byte: 1.5 · 2²³.
-    const BYTE: f32 = 12_582_912.0;
-    let byte = |v: f32| {
-        let v = if v > 0.0 { v } else { 0.0 };
-        let v = if v < 1.0 { v } else { 1.0 };
-        (v * 255.0 + BYTE).to_bits() & 0xff
-    };
     let (pixels, _) = out.as_chunks_mut::<4>();
     for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
         *pixel = (byte(*red) | byte(*green) << 8 | byte(*blue) << 16 | 0xff00_0000).to_le_bytes();
     }
+}
+
+/// A screen colour between 0 and 1 as a whole number between 0 and 255.
+#[inline]
+fn byte(v: f32) -> u32 {
+    let v = if v > 0.0 { v } else { 0.0 };
+    let v = if v < 1.0 { v } else { 1.0 };
+    (v * 255.0 + WHOLE).to_bits() & 0xff
 }
 
 /// Calls `f(id, mean 1/depth, samples)` once for each thing seen in a pixel.
@@ -387,7 +423,7 @@ fn each(ids: &[u32; SAMPLES], depths: &[f32; SAMPLES], mut f: impl FnMut(u32, f3
 }
 
 /// Triangles of a thing in the picture.
-fn project(thing: &super::draw::Thing, eye: &Eye, id: u32, bin: &mut Bin) {
+fn project(thing: &Thing, eye: &Eye, id: u32, bin: &mut Bin) {
     let centre = eye.see(&thing.pos);
     let (scale, end) = mesh::scale(thing.shape, &thing.size);
     let radius = scale.norm() + end;

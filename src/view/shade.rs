@@ -78,21 +78,27 @@ impl<'a> Shader<'a> {
     }
 
     /// The sky in a row: its colour follows the ray's slope.
-    pub fn sky(&self, y: f32) -> V3 {
+    fn sky(&self, y: f32) -> V3 {
         let d = self.eye.direction(self.eye.centre[0], y);
         let slope = (d.z / d.norm()).clamp(0.0, 1.0);
         linear_rgb(&HORIZON).lerp(&linear_rgb(&ZENITH), (1.6 * slope).min(1.0))
     }
 
     /// Sky and floors: a row of the picture before anything stands on it.
-    pub fn background(&self, y: f32, sky: V3, band: &BandLight, row: &mut Row) {
+    pub fn background(&self, y: f32, row: &mut Row) {
+        let sky = self.sky(y);
         for c in 0..3 {
             row[c].fill(sky[c].sqrt());
         }
-        for (i, ground) in self.grounds.iter().enumerate() {
-            let Some(ground) = ground else { continue };
-            let near = band.near.iter().filter(|n| n.floor == i);
-            ground.row(y, near.map(|n| &self.shadows[n.shadow]), row);
+        self.grounds.iter().flatten().for_each(|ground| ground.row(y, row));
+    }
+
+    /// Lays the shadows of all things over a row of the background.
+    pub fn darken(&self, y: f32, band: &BandLight, pixels: &mut [[u8; 4]]) {
+        for near in &band.near {
+            if let Some(ground) = &self.grounds[near.floor] {
+                ground.shade(&self.shadows[near.shadow], y, pixels);
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! Soft shadows on planes: the outline of a convex shape, projected along the light, with a soft edge.
 
 use super::draw::{Floor, Thing};
+use super::ground::WHOLE;
 use super::mesh;
 use super::raster::V3;
 
@@ -58,13 +59,14 @@ impl Shadow {
     #[inline]
     pub fn open(&self, [x, y]: [f32; 2]) -> f32 {
         const LAST: f32 = (TEXELS - 1) as f32;
+        let floor = |x: f32| ((x - 0.5 + WHOLE).to_bits() as usize & 0xffff).min(TEXELS - 2);
         let inside = |x: f32| {
             let x = if x > 0.0 { x } else { 0.0 };
             if x < LAST { x } else { LAST }
         };
         let (x, y) = (inside(x), inside(y));
-        let (i, j) = ((x as usize).min(TEXELS - 2), (y as usize).min(TEXELS - 2));
-        let (fx, fy) = (x - i as f32, y - j as f32);
+        let (i, j) = (floor(x), floor(y));
+        let (fx, fy) = (x - i as i32 as f32, y - j as i32 as f32);
         let (upper, lower) = (&self.texels[j], &self.texels[j + 1]);
         let top = upper[i] + (upper[i + 1] - upper[i]) * fx;
         let bottom = lower[i] + (lower[i + 1] - lower[i]) * fx;
