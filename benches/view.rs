@@ -107,6 +107,13 @@ fn display() -> Option<(Ended, String)> {
     Some((server, format!(":{}", number.trim())))
 }
 
+/// Processor time that a process has used, s, where the system tells (in hundredths of a second).
+fn cpu_time(process: u32) -> Option<f64> {
+    let text = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+    Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
+}
+
 fn window(name: &str, path: &Path) {
     println!("{name}: the window at 1280×720 with two live plots, Xvfb and software GL, 10 s");
     let Some((_server, display)) = display() else {
@@ -125,11 +132,16 @@ fn window(name: &str, path: &Path) {
     // A key is held, so that there is an arrow to draw and the plots have something to show.
     xdotool(&["keydown", "Up"]).expect("installed");
     std::thread::sleep(Duration::from_secs(11));
+    let cost = cpu_time(penny.0.id());
     xdotool(&["keyup", "Up"]).expect("installed");
     xdotool(&["key", "ctrl+q"]).expect("installed");
     let mut said = String::new();
     penny.0.stderr.take().expect("piped").read_to_string(&mut said).expect("text");
     said.lines().for_each(|line| println!("  {line}"));
+    let frames = said.lines().rev().find_map(|line| line.split(" frames, ").next()?.trim().parse::<f64>().ok());
+    if let (Some(seconds), Some(frames)) = (cost, frames) {
+        println!("  {:.1} ms of processor time a frame, all threads, start included", seconds * 1e3 / frames);
+    }
 }
 
 fn main() {

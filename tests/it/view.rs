@@ -376,16 +376,18 @@ fn a_camera_is_read_from_text() {
 #[test]
 #[cfg(target_os = "linux")]
 fn without_a_display_play_names_the_way_without() {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_penny"))
-        .args(["play", "models/goal.xml"])
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .env_remove("WAYLAND_SOCKET")
-        .output()
-        .expect("built");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("penny render") && said.trim_end().lines().count() == 1, "{said}");
+    for display in [None, Some(":4711")] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_penny"));
+        command.args(["play", "models/goal.xml"]);
+        for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+            command.env_remove(name);
+        }
+        let output = command.envs(display.map(|name| ("DISPLAY", name))).output().expect("built");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("penny render") && said.trim_end().lines().count() == 1, "{said}");
+        assert!(!said.contains(".rs"), "places in other people's sources help nobody: {said}");
+    }
 }
 
 #[test]
@@ -440,4 +442,13 @@ fn a_key_acts_within_its_frame() {
     window.frame(&mut app, 1.0 / 60.0, vec![key(false)]);
     let last = app.stage.session.log().inputs.pop().expect("released");
     assert_eq!(last.step, steps, "and it ends as promptly");
+}
+
+#[test]
+fn every_level_opens_from_its_own_file() {
+    for (file, level) in [("goal.xml", "pass"), ("goal_keeper.xml", "keeper"), ("goal_2d.xml", "circle")] {
+        let stage = Stage::new(session(&format!("models/{file}")), 1, None, true);
+        let game = stage.game.expect("a game");
+        assert_eq!((LEVELS[game.level].name, game.played()), (level, 0), "{file}");
+    }
 }

@@ -127,8 +127,8 @@ impl App {
 }
 
 /// The first name of that kind which is not taken: `penny-1.gif`, `penny-2.gif` …
-pub fn free_name(ending: &str) -> PathBuf {
-    let name = |n: usize| PathBuf::from(format!("penny-{n}.{ending}"));
+pub fn free_name(stem: &str, ending: &str) -> PathBuf {
+    let name = |n: usize| PathBuf::from(format!("{stem}-{n}.{ending}"));
     (1..).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(0))
 }
 

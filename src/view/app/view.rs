@@ -37,7 +37,7 @@ pub fn show(app: &mut App, ui: &mut egui::Ui, elapsed: f64) -> egui::Rect {
     let list = app.stage.draw();
     app.screen.show(ui, rect, pixels, &list);
     if let Some(shooting) = &mut app.shooting {
-        shooting.offer(&list, elapsed);
+        shooting.offer(&list, &app.screen.image, elapsed);
     }
     rect
 }
