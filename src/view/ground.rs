@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::draw::{Floor, Thing};
-use super::paint::Eye;
+use super::project::Eye;
 use super::raster::{HalfSpace, V3};
 use super::shadow::Shadow;
 

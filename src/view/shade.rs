@@ -3,7 +3,8 @@
 use super::draw::{DrawList, Thing};
 use super::ground::{Ground, Row};
 use super::mesh::{self, Shape};
-use super::paint::{Eye, LIGHT, linear_rgb};
+use super::paint::{LIGHT, linear_rgb};
+use super::project::{Eye, NEAR};
 use super::raster::{HalfSpace, V3};
 use super::shadow::Shadow;
 
@@ -196,7 +197,7 @@ fn reach(shadow: &Shadow, list: &DrawList, eye: &Eye, size: [usize; 2]) -> [f32;
     for (i, j) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
         let local = V3::new(shadow.from[0] + i * shadow.size[0], shadow.from[1] + j * shadow.size[1], 0.0);
         let seen = eye.see(&(floor.mat * local + floor.pos));
-        if seen.z < super::paint::NEAR {
+        if seen.z < NEAR {
             return [0.0, size[0] as f32, 0.0, size[1] as f32];
         }
         let (x, y) = (eye.centre[0] + eye.focal * seen.x / seen.z, eye.centre[1] - eye.focal * seen.y / seen.z);
