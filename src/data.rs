@@ -3,7 +3,7 @@
 //! Nothing here has to be saved. All buffers reach their final size in the first step, so later steps do not
 //! allocate. Per-body arrays are indexed like `model.bodies`.
 
-use crate::collision::detect::Scratch;
+use crate::collision::detect::{self, Scratch};
 use crate::contact::mujoco::solver::Outcome;
 use crate::contact::rows::Rows;
 use crate::contact::{mujoco, penalty};
@@ -215,7 +215,7 @@ impl Data {
             cinert: vec![Inertia::default(); n],
             crb: vec![Inertia::default(); n],
             stages: Stages::new(model.nq, model.nv, size),
-            contacts: Vec::new(),
+            contacts: Vec::with_capacity(detect::room(model)),
             detect: Scratch::default(),
             qacc: zeros.clone(),
             qfrc_constraint: zeros,

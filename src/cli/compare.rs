@@ -7,13 +7,15 @@ use super::Failure;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene, counterpart};
 use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
-use crate::contact::Law;
+use crate::contact::{Law, mujoco};
 use crate::data::Data;
 use crate::forward::{Method, step};
 use crate::model::Model;
 use crate::plot::palette::{CURVES, DASHES, INK};
 use crate::plot::{self, Axis, Figure, Layer, Line, Panel};
 use crate::state::State;
+
+mod why;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -35,6 +37,8 @@ pub struct Args {
 const LINES: usize = 10;
 /// A difference that one would call one, in units of qpos.
 const DIFFERENT: f64 = 1e-6;
+/// What every velocity of MuJoCo's start is changed by, to see whether MuJoCo repeats itself.
+const KICK: f64 = 1e-13;
 
 /// qpos after every `every` steps, and the time that the steps took, s.
 struct Rollout {
@@ -50,9 +54,17 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     let steps = args.length.steps(method.timestep);
 
     let mut mujoco = MuJoCo::start()?;
-    mujoco.load(&Scene::Path(path), &model, &method, &start, true)?;
+    let load =
+        |mujoco: &mut MuJoCo, start: &State, exact| mujoco.load(&Scene::Path(path), &model, &method, start, exact);
+    load(&mut mujoco, &start, true)?;
     let theirs = mujoco.rollout(steps, 1)?;
-    mujoco.load(&Scene::Path(path), &model, &method, &start, false)?;
+    let mut kicked = start.clone();
+    kicked.qvel.iter_mut().for_each(|v| *v += KICK);
+    load(&mut mujoco, &kicked, true)?;
+    let kicked = mujoco.rollout(steps, 1)?;
+    load(&mut mujoco, &start, false)?;
+    let hasty = mujoco.rollout(steps, 1)?;
+    load(&mut mujoco, &start, false)?;
     mujoco.warm(0)?;
     let their_seconds = mujoco.batch(steps)? * 1e-9;
 
@@ -87,40 +99,71 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     let mut rows = vec![
         ["", "above 1e-6 from", "in", "largest", "in", "a step", "times MuJoCo's speed"].map(str::to_owned).to_vec(),
     ];
-    for (law, rollout) in laws.iter().zip(&ours) {
-        let (when, what) = match first_different(rollout, &theirs) {
+    let mut line = |name: String, run: &[Vec<f64>], seconds: f64| {
+        let (when, what) = match first_different(run, &theirs) {
             Some((i, coordinate)) => (si(i as f64 * method.timestep, "s"), coordinate_name(&model, coordinate)),
             None => ("never".to_owned(), String::new()),
         };
-        let n = steps.max(1) as f64;
-        let (most, value) = largest_difference(rollout, &theirs);
-        rows.push(vec![
-            law.name.to_owned(),
-            when,
-            what,
-            format!("{value:.1e}"),
-            coordinate_name(&model, most),
-            si(rollout.seconds / n, "s"),
-            short(their_seconds / rollout.seconds),
-        ]);
+        let (most, value) = largest_difference(run, &theirs);
+        let (value, most) = (format!("{value:.1e}"), coordinate_name(&model, most));
+        let pace = si(seconds / steps.max(1) as f64, "s");
+        rows.push(vec![name, when, what, value, most, pace, short(their_seconds / seconds)]);
+    };
+    for (law, rollout) in laws.iter().zip(&ours) {
+        line(law.name.to_owned(), &rollout.rows, rollout.seconds);
     }
-    rows.push(vec![
-        "MuJoCo".into(),
-        String::new(),
-        String::new(),
-        String::new(),
-        String::new(),
-        si(their_seconds / steps.max(1) as f64, "s"),
-        "1".into(),
-    ]);
+    line(format!("MuJoCo, tolerance {:e}", model.opt.tolerance), &hasty, their_seconds);
     eprint!("{}", table(&rows));
     for (law, rollout) in laws.iter().zip(&ours).filter(|(_, r)| r.rows.len() <= steps) {
         eprintln!("  {}: diverged after {}", law.name, si(rollout.rows.len() as f64 * method.timestep, "s"));
+    }
+    eprintln!("\nWhy");
+    for (law, rollout) in laws.iter().zip(&ours) {
+        let method = Method { contact: law, ..method };
+        for reason in why_different(&model, &method, &start, rollout, &theirs, &kicked) {
+            eprintln!("  {}: {reason}", law.name);
+        }
+    }
+    if first_different(&hasty, &theirs).is_some() {
+        let tolerance = model.opt.tolerance;
+        eprintln!(
+            "  MuJoCo, tolerance {tolerance:e}: solver tolerance: MuJoCo's solver stops early, and so does Penny's"
+        );
     }
     match &args.plot {
         Some(file) => chart(path, &model, &method, &theirs, &laws, &ours, file),
         None => Ok(()),
     }
+}
+
+/// What is known of why a run has left MuJoCo's.
+fn why_different(
+    model: &Model,
+    method: &Method,
+    start: &State,
+    ours: &Rollout,
+    theirs: &[Vec<f64>],
+    kicked: &[Vec<f64>],
+) -> Vec<String> {
+    let Some((steps, _)) = first_different(&ours.rows, theirs) else {
+        return vec!["no difference above 1e-6".to_owned()];
+    };
+    let mut reasons = Vec::new();
+    let other = counterpart(model, method);
+    if !method.integrator.mjcf.contains(&other.as_str()) {
+        reasons.push(format!("integrator: MuJoCo has no {} and runs {other}", method.integrator.name));
+    }
+    reasons.extend(why::reasons(model, method, start, steps));
+    if method.contact.name == mujoco::LAW.name && first_different(kicked, theirs).is_some() {
+        let (_, apart) = largest_difference(kicked, theirs);
+        reasons.push(format!(
+            "rounding grows: MuJoCo itself, all velocities off by {KICK:e}, is up to {apart:.1e} from itself"
+        ));
+    }
+    if reasons.is_empty() {
+        reasons.push("not known".to_owned());
+    }
+    reasons
 }
 
 /// The differences over time, and the coordinate that moves most under every law.
@@ -192,14 +235,14 @@ fn largest(ours: &Rollout, theirs: &[Vec<f64>], i: usize) -> Option<f64> {
 }
 
 /// The first step that differs by more than [`DIFFERENT`], and the coordinate that does.
-fn first_different(ours: &Rollout, theirs: &[Vec<f64>]) -> Option<(usize, usize)> {
-    let mut pairs = ours.rows.iter().zip(theirs).map(|(a, b)| worst(a, b)).enumerate();
+fn first_different(ours: &[Vec<f64>], theirs: &[Vec<f64>]) -> Option<(usize, usize)> {
+    let mut pairs = ours.iter().zip(theirs).map(|(a, b)| worst(a, b)).enumerate();
     pairs.find(|(_, (_, d))| *d > DIFFERENT).map(|(i, (coordinate, _))| (i, coordinate))
 }
 
 /// The coordinate that ever differs most, and by how much.
-fn largest_difference(ours: &Rollout, theirs: &[Vec<f64>]) -> (usize, f64) {
-    let steps = ours.rows.iter().zip(theirs).map(|(a, b)| worst(a, b));
+fn largest_difference(ours: &[Vec<f64>], theirs: &[Vec<f64>]) -> (usize, f64) {
+    let steps = ours.iter().zip(theirs).map(|(a, b)| worst(a, b));
     steps.max_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, 0.0))
 }
 

@@ -9,7 +9,7 @@ use super::play::{opened, recorded};
 use super::scene::{MethodArgs, StartArgs};
 use crate::view::film::Film;
 use crate::view::log::Log;
-use crate::view::paint::{Image, paint};
+use crate::view::paint::{Image, Painter};
 use crate::view::scene;
 use crate::view::session::{Player, Session, Source};
 use crate::view::video::{Format, Shape, Video};
@@ -82,9 +82,11 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     } else {
         let (mut film, mut player) = (film, player);
         let threads = std::thread::available_parallelism().map_or(1, |n| n.get().min(8));
+        let (mut painter, mut image) = (Painter::new(threads), Image::new(width, height));
         for i in first..frames {
             let list = film.frame(i, &mut session, player.as_mut()).map_err(problem)?;
-            write(&paint(&list, width, height, threads))?;
+            painter.paint(&list, &mut image);
+            write(&image)?;
         }
         session
     };

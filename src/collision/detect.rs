@@ -1,16 +1,24 @@
 //! The contacts of a step: a cheap test for every pair that can touch, its collider if they are near.
 
 use super::sweep::Sweep;
-use super::{Hit, Hits, Placed, frame};
+use super::{Hit, Hits, MAX_HITS, Placed, frame};
 use crate::data::{Contact, Counts, Data};
 use crate::math::{Mat3, Vec3};
-use crate::model::{Bound, Model, Pair};
+use crate::model::{Bound, GeomKind, Model, Pair};
 
 /// What the search for contacts keeps between steps.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     hits: Hits,
     sweep: Sweep,
+}
+
+/// How many contacts to have room for: all that the listed pairs can have, and for each geom of the broad phase as
+/// many as it has in a heap.
+pub fn room(model: &Model) -> usize {
+    let sphere = |g: &usize| model.geoms[*g].kind == GeomKind::Sphere;
+    let most = |pair: &Pair| if pair.geom.iter().any(sphere) { 1 } else { MAX_HITS };
+    model.pairs.listed.iter().map(most).sum::<usize>() + MAX_HITS * model.pairs.swept.len()
 }
 
 /// Finds all contacts, in MuJoCo's order: by body pair, then by geom pair.

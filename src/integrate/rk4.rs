@@ -24,6 +24,10 @@ const WEIGHT: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 ///     k_i = v_i, but for angular velocities k_i = dexp⁻¹(h c_i k_(i−1), v_i)
 ///     v ← v + h Σ b_i a_i,   q ← q ⊕ h Σ b_i k_i
 ///
+/// The rotation h c_i k_(i−1) that leads to stage i is no small one, so the angular velocity found there (body axes
+/// of the stage) is not the rate of a rotation vector counted from q: dexp⁻¹ makes it one. As in MuJoCo the corrected
+/// rate k_i enters the sum *and* leads to stage i + 1. Contacts and their forces are found anew at every stage.
+///
 /// Source: MuJoCo 4.0 manual, Computation › Numerical integration; Munthe-Kaas, BIT 38 (1998).
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let (h, time) = (method.timestep, state.time);

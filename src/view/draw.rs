@@ -16,7 +16,7 @@ pub enum Layer {
 }
 
 /// A shape to draw.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thing {
     pub shape: Shape,
     pub size: V3,
@@ -30,12 +30,12 @@ pub struct Thing {
     pub checker: bool,
     /// Casts a shadow on planes.
     pub shadow: bool,
-    /// Lies on a plane like paint: takes that plane's shadows.
+    /// Lies on a floor like paint, and is drawn with it.
     pub paint: bool,
 }
 
 /// An endless plane with a grid.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Floor {
     pub pos: V3,
     /// Columns: two directions of the grid, and the normal.

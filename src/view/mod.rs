@@ -20,6 +20,7 @@ mod mesh;
 pub mod open;
 pub mod paint;
 pub mod pick;
+mod project;
 mod raster;
 pub mod scene;
 pub mod session;

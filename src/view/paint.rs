@@ -1,4 +1,5 @@
-//! A [`DrawList`] as a picture: project, bin into bands, find what each sample sees, then colour each pixel.
+//! A [`DrawList`] as a picture: sky and floors first, row by row; then the things on them, band by band: find what each
+//! sample sees, and colour the pixels that are more than background.
 //!
 //! Colours are mixed in linear light (a screen value squared, close to sRGB), so that edges are smooth without
 //! looking thin. Bands do not depend on one another: the pixels are the same whatever the number of threads.
@@ -6,9 +7,11 @@
 use std::ops::Range;
 use std::sync::Mutex;
 
-use super::draw::{DrawList, Layer};
-use super::mesh;
-use super::raster::{Band, HalfSpace, NOTHING, SAMPLES, Triangle, V3};
+use super::camera::Camera;
+use super::draw::{DrawList, Floor, Layer, Thing};
+use super::ground::{Row, WHOLE};
+use super::project::{Bin, Eye, half_space, segment, triangles};
+use super::raster::{Band, HalfSpace, NOTHING, SAMPLES, V3};
 use super::shade::{BandLight, Shader, linear};
 
 /// A picture: rows from the top, four bytes (red, green, blue, 255) a pixel.
@@ -30,148 +33,134 @@ impl Image {
 }
 
 /// Rows drawn at a time: few enough that their samples stay in the second-level cache.
-const BAND_ROWS: usize = 16;
-/// Nothing nearer than this is drawn, m.
-pub const NEAR: f32 = 0.02;
+pub const BAND_ROWS: usize = 16;
 /// Towards the light.
 pub const LIGHT: [f32; 3] = [-0.36, -0.48, 0.8];
 /// How much of a note shines through what hides it.
 const HIDDEN_NOTE: f32 = 0.28;
 
-/// The camera in single precision, and the picture's middle and focal length in pixels.
-#[derive(Clone, Copy)]
-pub struct Eye {
-    pub pos: V3,
-    pub right: V3,
-    pub up: V3,
-    pub forward: V3,
-    pub focal: f32,
-    pub centre: [f32; 2],
-}
-
-impl Eye {
-    fn new(list: &DrawList, width: usize, height: usize) -> Eye {
-        let axes = list.camera.axes();
-        let f = |v: crate::math::Vec3| V3::new(v.x as f32, v.y as f32, v.z as f32);
-        Eye {
-            pos: f(axes.eye),
-            right: f(axes.right),
-            up: f(axes.up),
-            forward: f(axes.forward),
-            focal: 0.5 * height as f32 / (0.5 * list.camera.fovy as f32).tan(),
-            centre: [0.5 * width as f32, 0.5 * height as f32],
-        }
-    }
-
-    /// Direction whose component along `forward` is 1, through a point of the picture.
-    pub fn direction(&self, x: f32, y: f32) -> V3 {
-        self.forward + self.right * ((x - self.centre[0]) / self.focal) - self.up * ((y - self.centre[1]) / self.focal)
-    }
-
-    /// Right, up and depth of a point of the world.
-    pub fn see(&self, p: &V3) -> V3 {
-        let d = p - self.pos;
-        V3::new(d.dot(&self.right), d.dot(&self.up), d.dot(&self.forward))
-    }
-
-    fn screen(&self, seen: &V3) -> [f32; 2] {
-        [self.centre[0] + self.focal * seen.x / seen.z, self.centre[1] - self.focal * seen.y / seen.z]
-    }
-}
-
-/// Triangles of one layer and, for each band, which of them reach into it.
-struct Bin {
-    triangles: Vec<Triangle>,
-    bands: Vec<Vec<u32>>,
-    /// The columns that the triangles of each band reach.
-    columns: Vec<[f32; 2]>,
-}
-
-impl Bin {
-    fn new(bands: usize) -> Bin {
-        Bin { triangles: Vec::new(), bands: vec![Vec::new(); bands], columns: vec![[f32::MAX, f32::MIN]; bands] }
-    }
-
-    fn push(&mut self, t: Triangle) {
-        let y = t.at.map(|p| p[1]);
-        let low = y[0].min(y[1]).min(y[2]) - 1.0;
-        let high = y[0].max(y[1]).max(y[2]) + 1.0;
-        let last = self.bands.len() as f32 * BAND_ROWS as f32 - 1.0;
-        if high < 0.0 || low > last || low.is_nan() {
-            return;
-        }
-        let index = self.triangles.len() as u32;
-        self.triangles.push(t);
-        let band = |y: f32| (y.clamp(0.0, last) as usize) / BAND_ROWS;
-        let x = t.at.map(|p| p[0]);
-        let (left, right) = (x[0].min(x[1]).min(x[2]) - 1.0, x[0].max(x[1]).max(x[2]) + 1.0);
-        for i in band(low)..=band(high) {
-            self.bands[i].push(index);
-            self.columns[i] = [self.columns[i][0].min(left), self.columns[i][1].max(right)];
-        }
-    }
-}
-
 /// Everything about one picture that its bands share.
 struct Frame<'a> {
     shader: Shader<'a>,
     planes: Vec<HalfSpace>,
+    /// Ids below this are floors.
+    floors: u32,
     layers: [Bin; 3],
     width: usize,
-    /// Then the background already shows it, and samples that see floor 0 need no work.
-    one_floor: bool,
 }
 
 /// What a thread needs to draw bands.
 struct Scratch {
     layers: [Band; 3],
-    /// A row: the light that arrives on the floor, and linear red, green, blue.
-    open: Vec<f32>,
-    color: [Vec<f32>; 3],
+    row: Row,
+    /// The pixels of a row that are more than background: a bit each.
+    touched: Vec<u64>,
 }
 
-/// The samples of a band, layer by layer.
-struct Layers<'a> {
-    solid: &'a Band,
-    glass: Option<&'a mut Band>,
-    note: Option<&'a mut Band>,
-}
+/// The samples of a band, layer by layer; none where a layer is empty.
+struct Layers<'a>([Option<&'a Band>; 3]);
 
 type Samples<'a> = (&'a [u32; SAMPLES], &'a [f32; SAMPLES]);
 
 impl Layers<'_> {
-    fn glass_at(&self, k: usize) -> Option<Samples<'_>> {
-        self.glass.as_ref().filter(|b| b.id[k] != [NOTHING; SAMPLES]).map(|b| (&b.id[k], &b.inverse_depth[k]))
+    /// What a layer has in pixel `k`, if anything.
+    #[inline]
+    fn at(&self, layer: usize, k: usize) -> Option<Samples<'_>> {
+        self.0[layer].filter(|b| b.id[k] != [NOTHING; SAMPLES]).map(|b| (&b.id[k], &b.inverse_depth[k]))
     }
-    fn note_at(&self, k: usize) -> Option<Samples<'_>> {
-        self.note.as_ref().filter(|b| b.id[k] != [NOTHING; SAMPLES]).map(|b| (&b.id[k], &b.inverse_depth[k]))
+
+    /// The bits of the pixels of a row in which any layer may have something.
+    fn touched(&self, row: usize, bits: &mut [u64]) {
+        bits.fill(0);
+        for band in self.0.iter().flatten() {
+            bits.iter_mut().zip(band.touched(row)).for_each(|(all, own)| *all |= own);
+        }
     }
 }
 
-/// Draws the list. `threads` only changes how long it takes.
+/// Draws pictures one after another, and keeps what the next one may need as well.
+pub struct Painter {
+    /// Of each thread.
+    scratch: Vec<Scratch>,
+    /// The last picture's sky and floors, as bytes, and what they follow from.
+    background: Vec<u8>,
+    view: Option<View>,
+}
+
+/// What sky and floors, with their paint but without shadows, follow from.
+#[derive(PartialEq)]
+struct View {
+    size: [usize; 2],
+    camera: Camera,
+    floors: Vec<Floor>,
+    paint: Vec<Thing>,
+}
+
+impl View {
+    fn of(list: &DrawList, size: [usize; 2]) -> View {
+        let paint = list.things.iter().filter(|thing| thing.paint).copied().collect();
+        View { size, camera: list.camera, floors: list.floors.clone(), paint }
+    }
+}
+
+/// Draws one picture. `threads` only changes how long it takes.
 pub fn paint(list: &DrawList, width: usize, height: usize, threads: usize) -> Image {
     let mut image = Image::new(width, height);
-    if width == 0 || height == 0 {
-        return image;
-    }
-    let frame = Frame::new(list, width, height);
-    let bands = Mutex::new(image.rgba.chunks_mut(BAND_ROWS * width * 4).enumerate());
-    let work = || {
-        let layers = [0; 3].map(|_| Band::new(width, BAND_ROWS));
-        let mut scratch = Scratch { layers, open: vec![1.0; width], color: [0; 3].map(|_| vec![0.0; width]) };
-        loop {
-            let next = bands.lock().ok().and_then(|mut bands| bands.next());
-            let Some((index, rows)) = next else { break };
-            frame.band(index, rows, &mut scratch);
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 1..threads.max(1) {
-            scope.spawn(work);
-        }
-        work();
-    });
+    Painter::new(threads).paint(list, &mut image);
     image
+}
+
+impl Painter {
+    pub fn new(threads: usize) -> Painter {
+        let scratch = (0..threads.max(1)).map(|_| Scratch::new(0)).collect();
+        Painter { scratch, background: Vec::new(), view: None }
+    }
+
+    /// Draws the list over all of a picture.
+    pub fn paint(&mut self, list: &DrawList, image: &mut Image) {
+        let (width, height) = (image.width, image.height);
+        if width == 0 || height == 0 {
+            return;
+        }
+        let frame = Frame::new(list, width, height);
+        let view = Some(View::of(list, [width, height]));
+        let fresh = self.view != view;
+        self.view = view;
+        self.background.resize(image.rgba.len(), 255);
+        let bytes = BAND_ROWS * width * 4;
+        let bands = Mutex::new(image.rgba.chunks_mut(bytes).zip(self.background.chunks_mut(bytes)).enumerate());
+        let work = |scratch: &mut Scratch| {
+            if scratch.row[0].len() != width {
+                *scratch = Scratch::new(width);
+            }
+            loop {
+                let next = bands.lock().ok().and_then(|mut bands| bands.next());
+                let Some((index, (rows, background))) = next else { break };
+                if fresh {
+                    frame.background(index, background, &mut scratch.row);
+                }
+                rows.copy_from_slice(background);
+                frame.band(index, rows, scratch);
+            }
+        };
+        let [own, others @ ..] = &mut self.scratch[..] else { return };
+        std::thread::scope(|scope| {
+            for scratch in others {
+                scope.spawn(|| work(scratch));
+            }
+            work(own);
+        });
+    }
+}
+
+impl Scratch {
+    fn new(width: usize) -> Scratch {
+        Scratch {
+            layers: [0; 3].map(|_| Band::new(width, BAND_ROWS)),
+            row: [0; 3].map(|_| vec![0.0; width]),
+            touched: vec![0; width.div_ceil(64)],
+        }
+    }
 }
 
 impl<'a> Frame<'a> {
@@ -181,7 +170,10 @@ impl<'a> Frame<'a> {
         let mut layers = [0; 3].map(|_| Bin::new(bands));
         let mut id = list.floors.len() as u32;
         for thing in &list.things {
-            project(thing, &eye, id, &mut layers[thing.layer as usize]);
+            // Paint is drawn with its floor.
+            if !thing.paint {
+                triangles(thing, &eye, id, &mut layers[thing.layer as usize]);
+            }
             id += 1;
         }
         for trail in &list.trails {
@@ -191,108 +183,106 @@ impl<'a> Frame<'a> {
             id += 1;
         }
         let planes: Vec<_> = (0..list.floors.len()).filter_map(|i| half_space(list, &eye, i)).collect();
-        Frame {
-            shader: Shader::new(list, eye, &planes, [width, height]),
-            planes,
-            layers,
-            width,
-            one_floor: list.floors.len() == 1,
+        let floors = list.floors.len() as u32;
+        Frame { shader: Shader::new(list, eye, &planes, [width, height]), planes, floors, layers, width }
+    }
+
+    /// Sky and floors of a band.
+    fn background(&self, index: usize, rows: &mut [u8], line: &mut Row) {
+        for (row, out) in rows.chunks_mut(self.width * 4).enumerate() {
+            self.shader.background((index * BAND_ROWS + row) as f32 + 0.5, line);
+            encode(line, out);
         }
     }
 
-    /// Draws one band into its rows of the picture.
+    /// Draws one band over its background.
     fn band(&self, index: usize, rows: &mut [u8], scratch: &mut Scratch) {
         let top = index * BAND_ROWS;
-        let columns = self.columns(index);
         let light = self.shader.band(top, BAND_ROWS);
-        let layers = self.sample(index, top, columns.clone(), &mut scratch.layers);
+        let layers = self.sample(index, top, self.columns(index), &mut scratch.layers);
         for (row, out) in rows.chunks_mut(self.width * 4).enumerate() {
             let y = (top + row) as f32 + 0.5;
-            let sky = self.shader.sky(y);
-            self.shader.background(y, sky, &light, &mut scratch.open, &mut scratch.color);
-            let bare = if self.one_floor { [0; SAMPLES] } else { [NOTHING; SAMPLES] };
-            for x in columns.clone() {
-                let k = row * self.width + x;
-                if layers.solid.id[k] == bare && layers.glass_at(k).is_none() && layers.note_at(k).is_none() {
-                    continue;
-                }
-                let color = self.pixel(&layers, k, [x as f32 + 0.5, y], sky, &light);
-                for c in 0..3 {
-                    scratch.color[c][x] = color[c];
+            let (pixels, _) = out.as_chunks_mut::<4>();
+            self.shader.darken(y, &light, pixels);
+            layers.touched(row, &mut scratch.touched);
+            self.between_floors(y, &mut scratch.touched);
+            for (word, bits) in scratch.touched.iter().enumerate() {
+                let mut bits = *bits;
+                while bits != 0 {
+                    let x = 64 * word + bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    let seen = [0, 1, 2].map(|layer| layers.at(layer, row * self.width + x));
+                    let [red, green, blue, _] = pixels[x].map(|c| linear(f32::from(c) / 255.0));
+                    let color = self.pixel(seen, [x as f32 + 0.5, y], &V3::new(red, green, blue), &light);
+                    (0..3).for_each(|c| pixels[x][c] = byte(color[c].sqrt()) as u8);
                 }
             }
-            encode(&scratch.color, out);
         }
     }
 
-    /// The columns in which a band has to be looked at sample by sample.
+    /// The columns that the triangles of a band reach.
     fn columns(&self, index: usize) -> Range<usize> {
-        if self.planes.len() > 1 {
-            return 0..self.width;
-        }
         let span = self.layers.iter().map(|bin| bin.columns[index]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let [from, to] = span.unwrap_or([0.0; 2]);
-        let from = from.max(0.0) as usize;
-        from.min(self.width)..((to.max(0.0) as usize).saturating_add(1)).min(self.width).max(from.min(self.width))
+        let from = (from.max(0.0) as usize).min(self.width);
+        from..((to.max(0.0) as usize).saturating_add(1)).min(self.width).max(from)
+    }
+
+    /// Adds the bits of the pixels in which two floors meet: the background has only one of them.
+    fn between_floors(&self, y: f32, touched: &mut [u64]) {
+        if self.planes.len() < 2 {
+            return;
+        }
+        for x in 0..self.width {
+            let (mut ids, mut depths) = ([NOTHING; SAMPLES], [0.0; SAMPLES]);
+            self.planes.iter().for_each(|plane| plane.cover([x as f32 + 0.5, y], &mut ids, &mut depths));
+            touched[x / 64] |= u64::from(ids != [ids[0]; SAMPLES]) << (x % 64);
+        }
     }
 
     /// Finds what each sample of a band sees.
     fn sample<'s>(&self, index: usize, top: usize, columns: Range<usize>, scratch: &'s mut [Band; 3]) -> Layers<'s> {
-        let [solid, glass, note] = scratch;
-        solid.clear(top, columns.clone());
-        for plane in &self.planes {
-            solid.half_space(plane, columns.clone());
+        let mut layers = [None; 3];
+        for ((bin, band), layer) in self.layers.iter().zip(scratch).zip(&mut layers) {
+            if bin.bands[index].is_empty() {
+                continue;
+            }
+            band.clear(top, columns.clone());
+            for &t in &bin.bands[index] {
+                band.triangle(&bin.triangles[t as usize]);
+            }
+            *layer = Some(&*band);
         }
-        self.triangles(Layer::Solid, index, solid);
-        let has = |layer: Layer| !self.layers[layer as usize].bands[index].is_empty();
-        if has(Layer::Glass) {
-            glass.clear(top, columns.clone());
-            glass.inverse_depth.copy_from_slice(&solid.inverse_depth);
-            self.triangles(Layer::Glass, index, glass);
-        }
-        if has(Layer::Note) {
-            note.clear(top, columns);
-            self.triangles(Layer::Note, index, note);
-        }
-        Layers { solid, glass: has(Layer::Glass).then_some(glass), note: has(Layer::Note).then_some(note) }
+        Layers(layers)
     }
 
-    /// Linear colour of a pixel from its samples.
-    fn pixel(&self, layers: &Layers, k: usize, at: [f32; 2], sky: V3, light: &BandLight) -> V3 {
-        let (ids, depths) = (&layers.solid.id[k], &layers.solid.inverse_depth[k]);
-        let (glass, note) = (layers.glass_at(k), layers.note_at(k));
-        // Most pixels see one thing only.
-        if ids[1..].iter().all(|id| *id == ids[0]) && glass.is_none() && note.is_none() {
-            let depth = 0.25 * (depths[0] + depths[1] + depths[2] + depths[3]);
-            return self.shader.color(ids[0], depth, at, sky, light);
-        }
-        let mut samples = [V3::zeros(); SAMPLES];
-        each(ids, depths, |id, depth, which| {
-            let color = self.shader.color(id, depth, at, sky, light);
-            which.iter().for_each(|&s| samples[s] = color);
+    /// Linear colour of a pixel from its samples; `bare` is that of the background.
+    fn pixel(&self, [solid, glass, note]: [Option<Samples>; 3], at: [f32; 2], bare: &V3, light: &BandLight) -> V3 {
+        let (mut ids, mut depths) = solid.map_or(([NOTHING; SAMPLES], [0.0; SAMPLES]), |(ids, depths)| (*ids, *depths));
+        self.planes.iter().for_each(|plane| plane.cover(at, &mut ids, &mut depths));
+        // Of one floor the background already has the colour.
+        let floors = if self.planes.len() > 1 { 0 } else { self.floors };
+        let mut samples = [*bare; SAMPLES];
+        each(&ids, &depths, |id, depth, which| {
+            if id != NOTHING && id >= floors {
+                let color = self.shader.color(id, depth, at, light);
+                which.iter().for_each(|&s| samples[s] = color);
+            }
         });
-        if let Some((ids, depths)) = glass {
-            self.over(ids, depths, None, at, light, &mut samples);
-        }
-        if let Some((ids, nearness)) = note {
-            self.over(ids, nearness, Some(depths), at, light, &mut samples);
+        for (over, hidden) in [(glass, 0.0), (note, HIDDEN_NOTE)] {
+            if let Some(over) = over {
+                self.over(over, &depths, hidden, at, light, &mut samples);
+            }
         }
         samples.iter().sum::<V3>() / SAMPLES as f32
     }
 
-    fn triangles(&self, layer: Layer, index: usize, band: &mut Band) {
-        let bin = &self.layers[layer as usize];
-        for &t in &bin.bands[index] {
-            band.triangle(&bin.triangles[t as usize]);
-        }
-    }
-
-    /// Lays a see-through layer over the samples; faintly where `hidden_by` is nearer.
+    /// Lays a see-through layer over the samples; only the share `hidden` of it where something solid is nearer.
     fn over(
         &self,
-        ids: &[u32; SAMPLES],
-        depths: &[f32; SAMPLES],
-        hidden_by: Option<&[f32; SAMPLES]>,
+        (ids, depths): Samples,
+        solid: &[f32; SAMPLES],
+        hidden: f32,
         at: [f32; 2],
         light: &BandLight,
         samples: &mut [V3; SAMPLES],
@@ -301,38 +291,39 @@ impl<'a> Frame<'a> {
             if id == NOTHING {
                 return;
             }
-            let color = self.shader.color(id, depth, at, V3::zeros(), light);
+            let color = self.shader.color(id, depth, at, light);
             let opacity = self.shader.opacity(id);
             for &s in which {
-                let faint = hidden_by.is_some_and(|solid| solid[s] > depths[s]);
-                let alpha = if faint { opacity * HIDDEN_NOTE } else { opacity };
-                samples[s] = samples[s].lerp(&color, alpha);
+                let alpha = if solid[s] > depths[s] { opacity * hidden } else { opacity };
+                samples[s] += (color - samples[s]) * alpha;
             }
         });
     }
 }
 
-/// A row of linear colours as bytes, several at a time.
-fn encode(color: &[Vec<f32>; 3], out: &mut [u8]) {
-    const LANES: usize = 8;
-    for (c, values) in color.iter().enumerate() {
-        for (values, out) in values.chunks(LANES).zip(out.chunks_mut(4 * LANES)) {
-            let mut lanes = [0.0f32; LANES];
-            lanes[..values.len()].copy_from_slice(values);
-            let bytes = lanes.map(|v| {
-                let v = if v > 0.0 { v } else { 0.0 };
-                let v = if v < 1.0 { v } else { 1.0 };
-                v.sqrt() * 255.0 + 0.5
-            });
-            for (pixel, byte) in out.chunks_exact_mut(4).zip(bytes) {
-                pixel[c] = byte as i32 as u8;
-            }
-        }
+/// A row of screen colours as bytes, several at a time.
+fn encode([red, green, blue]: &Row, out: &mut [u8]) {
+    let (pixels, _) = out.as_chunks_mut::<4>();
+    for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
+        *pixel = (byte(*red) | byte(*green) << 8 | byte(*blue) << 16 | 0xff00_0000).to_le_bytes();
     }
 }
 
+/// A screen colour between 0 and 1 as a whole number between 0 and 255.
+#[inline]
+fn byte(v: f32) -> u32 {
+    let v = if v > 0.0 { v } else { 0.0 };
+    let v = if v < 1.0 { v } else { 1.0 };
+    (v * 255.0 + WHOLE).to_bits() & 0xff
+}
+
 /// Calls `f(id, mean 1/depth, samples)` once for each thing seen in a pixel.
+#[inline]
 fn each(ids: &[u32; SAMPLES], depths: &[f32; SAMPLES], mut f: impl FnMut(u32, f32, &[usize])) {
+    // Most pixels see one thing only.
+    if *ids == [ids[0]; SAMPLES] {
+        return f(ids[0], 0.25 * (depths[0] + depths[1] + depths[2] + depths[3]), &[0, 1, 2, 3]);
+    }
     let mut done = [false; SAMPLES];
     for first in 0..SAMPLES {
         if done[first] {
@@ -349,99 +340,6 @@ fn each(ids: &[u32; SAMPLES], depths: &[f32; SAMPLES], mut f: impl FnMut(u32, f3
         }
         f(ids[first], sum / n as f32, &which[..n]);
     }
-}
-
-/// Triangles of a thing in the picture.
-fn project(thing: &super::draw::Thing, eye: &Eye, id: u32, bin: &mut Bin) {
-    let centre = eye.see(&thing.pos);
-    let (scale, end) = mesh::scale(thing.shape, &thing.size);
-    let radius = scale.norm() + end;
-    if centre.z + radius < NEAR {
-        return;
-    }
-    let pixels = scale.max() * eye.focal / centre.z.max(NEAR + radius);
-    let mesh = mesh::mesh(thing.shape, pixels);
-    let seen: Vec<V3> = mesh
-        .vertices
-        .iter()
-        .map(|(d, side)| {
-            let local = V3::from(*d).component_mul(&scale) + V3::new(0.0, 0.0, side * end);
-            eye.see(&(thing.mat * local + thing.pos))
-        })
-        .collect();
-    for t in &mesh.triangles {
-        polygon(&t.map(|i| seen[i as usize]), eye, id, bin);
-    }
-}
-
-/// A convex polygon, cut at the near plane and drawn as a fan.
-fn polygon(points: &[V3], eye: &Eye, id: u32, bin: &mut Bin) {
-    let mut cut = [V3::zeros(); 5];
-    let mut n = 0;
-    for i in 0..points.len() {
-        let (p, q) = (points[i], points[(i + 1) % points.len()]);
-        if p.z >= NEAR {
-            cut[n] = p;
-            n += 1;
-        }
-        if (p.z >= NEAR) != (q.z >= NEAR) {
-            cut[n] = p.lerp(&q, (NEAR - p.z) / (q.z - p.z));
-            n += 1;
-        }
-    }
-    for i in 2..n {
-        let corners = [cut[0], cut[i - 1], cut[i]];
-        bin.push(Triangle { at: corners.map(|c| eye.screen(&c)), inverse_depth: corners.map(|c| 1.0 / c.z), id });
-    }
-}
-
-/// One piece of a trail: a strip as wide in pixels at both ends.
-fn segment(pair: &[V3], width: f32, eye: &Eye, id: u32, bin: &mut Bin) {
-    let (mut p, mut q) = (eye.see(&pair[0]), eye.see(&pair[1]));
-    if p.z < NEAR && q.z < NEAR {
-        return;
-    }
-    if p.z < NEAR {
-        p = q.lerp(&p, (q.z - NEAR) / (q.z - p.z));
-    } else if q.z < NEAR {
-        q = p.lerp(&q, (p.z - NEAR) / (p.z - q.z));
-    }
-    let (a, b) = (eye.screen(&p), eye.screen(&q));
-    let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-    let length = dx.hypot(dy).max(1e-6);
-    // A little longer than the piece, so that pieces overlap at the joints.
-    let (tx, ty) = (0.3 * width * dx / length, 0.3 * width * dy / length);
-    let (nx, ny) = (0.5 * width * dy / length, -0.5 * width * dx / length);
-    let (wa, wb) = (1.0 / p.z, 1.0 / q.z);
-    let corners = [
-        ([a[0] - tx + nx, a[1] - ty + ny], wa),
-        ([a[0] - tx - nx, a[1] - ty - ny], wa),
-        ([b[0] + tx - nx, b[1] + ty - ny], wb),
-        ([b[0] + tx + nx, b[1] + ty + ny], wb),
-    ];
-    // Either winding may be the front one: the rasteriser drops the other.
-    for [i, j, k] in [[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]] {
-        bin.push(Triangle {
-            at: [corners[i].0, corners[j].0, corners[k].0],
-            inverse_depth: [corners[i].1, corners[j].1, corners[k].1],
-            id,
-        });
-    }
-}
-
-/// 1/depth of a floor over the picture; none if the eye is below it.
-///
-///     n · (eye + t d(x, y) − p) = 0,   1/t = n · d / (n · (p − eye))
-fn half_space(list: &DrawList, eye: &Eye, floor: usize) -> Option<HalfSpace> {
-    let n = V3::from(list.floors[floor].mat.column(2));
-    let height = n.dot(&(list.floors[floor].pos - eye.pos));
-    if height >= 0.0 {
-        return None;
-    }
-    let a = n.dot(&eye.right) / eye.focal / height;
-    let b = -n.dot(&eye.up) / eye.focal / height;
-    let c = n.dot(&eye.forward) / height - a * eye.centre[0] - b * eye.centre[1];
-    Some(HalfSpace { abc: [a, b, c], id: floor as u32 })
 }
 
 /// A screen colour in linear light.

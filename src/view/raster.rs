@@ -26,11 +26,26 @@ pub struct Triangle {
     pub id: u32,
 }
 
-/// A plane in the picture: 1/depth = a x + b y + c, drawn where that is positive.
+/// A plane in the picture: 1/depth = a x + b y + c, seen where that is positive.
 #[derive(Clone, Copy, Debug)]
 pub struct HalfSpace {
     pub abc: [f32; 3],
     pub id: u32,
+}
+
+impl HalfSpace {
+    /// Puts the plane into the samples of the pixel at (x, y) where it is nearer than what is there.
+    #[inline]
+    pub fn cover(&self, [x, y]: [f32; 2], ids: &mut [u32; SAMPLES], inverse_depths: &mut [f32; SAMPLES]) {
+        let [a, b, c] = self.abc;
+        let centre = a * x + b * y + c;
+        for s in 0..SAMPLES {
+            let w = centre + a * OFFSET_X[s] + b * OFFSET_Y[s];
+            if w > inverse_depths[s] {
+                (ids[s], inverse_depths[s]) = (self.id, w);
+            }
+        }
+    }
 }
 
 /// Depth and ids of some rows of the picture.
@@ -41,40 +56,41 @@ pub struct Band {
     pub top: usize,
     pub inverse_depth: Vec<[f32; SAMPLES]>,
     pub id: Vec<[u32; SAMPLES]>,
+    /// A bit for every pixel in which something may be seen, row by row.
+    touched: Vec<u64>,
 }
 
 impl Band {
     pub fn new(width: usize, rows: usize) -> Band {
         let n = width * rows;
-        Band { width, rows, top: 0, inverse_depth: vec![[0.0; SAMPLES]; n], id: vec![[NOTHING; SAMPLES]; n] }
+        let touched = vec![0; width.div_ceil(64) * rows];
+        Band { width, rows, top: 0, inverse_depth: vec![[0.0; SAMPLES]; n], id: vec![[NOTHING; SAMPLES]; n], touched }
+    }
+
+    /// The bits of the pixels of a row in which something may be seen, 64 a word.
+    pub fn touched(&self, row: usize) -> &[u64] {
+        let words = self.width.div_ceil(64);
+        &self.touched[row * words..(row + 1) * words]
+    }
+
+    fn touch(&mut self, row: usize, pixels: Range<usize>) {
+        let words = self.width.div_ceil(64);
+        let (first, last) = (pixels.start / 64, (pixels.end - 1) / 64);
+        for word in first..=last {
+            let from = if word == first { pixels.start % 64 } else { 0 };
+            let to = if word == last { (pixels.end - 1) % 64 } else { 63 };
+            self.touched[row * words + word] |= (u64::MAX << from) & (u64::MAX >> (63 - to));
+        }
     }
 
     /// Empties the given columns of the band and moves it to the rows from `top`.
     pub fn clear(&mut self, top: usize, columns: Range<usize>) {
         self.top = top;
+        self.touched.fill(0);
         for row in 0..self.rows {
             let line = row * self.width + columns.start..row * self.width + columns.end;
             self.inverse_depth[line.clone()].fill([0.0; SAMPLES]);
             self.id[line].fill([NOTHING; SAMPLES]);
-        }
-    }
-
-    /// Draws a plane in the given columns where it is nearer than what is there.
-    pub fn half_space(&mut self, plane: &HalfSpace, columns: Range<usize>) {
-        let [a, b, c] = plane.abc;
-        for row in 0..self.rows {
-            let y = (self.top + row) as f32 + 0.5;
-            let line = row * self.width + columns.start..row * self.width + columns.end;
-            let (depths, ids) = (&mut self.inverse_depth[line.clone()], &mut self.id[line]);
-            for ((x, depth), id) in columns.clone().zip(depths).zip(ids) {
-                let centre = a * (x as f32 + 0.5) + b * y + c;
-                for s in 0..SAMPLES {
-                    let w = centre + a * OFFSET_X[s] + b * OFFSET_Y[s];
-                    let wins = w > depth[s];
-                    depth[s] = if wins { w } else { depth[s] };
-                    id[s] = if wins { plane.id } else { id[s] };
-                }
-            }
         }
     }
 
@@ -87,9 +103,15 @@ impl Band {
         if y0 > y1 || x0 > x1 {
             return;
         }
+        let top = setup.at(x0 + 0.5, y0 + 0.5);
+        let pixels = (x1 - x0) as usize + 1;
         for y in y0 as usize..=y1 as usize {
-            let start = setup.at(x0 + 0.5, y as f32 + 0.5);
-            let (skip, len) = start.span(&setup, (x1 - x0) as usize + 1);
+            let start = top.down((y - y0 as usize) as f32, &setup);
+            let (skip, len) = start.span(&setup, pixels);
+            if len == 0 {
+                continue;
+            }
+            self.touch(y - self.top, x0 as usize + skip..x0 as usize + skip + len);
             let first = (y - self.top) * self.width + x0 as usize + skip;
             let pixels = first..first + len;
             let depths = &mut self.inverse_depth[pixels.clone()];
@@ -119,11 +141,15 @@ struct Setup {
     edge: [[f32; 2]; 3],
     inverse_depth: [f32; 3],
     lane: [[f32; SAMPLES]; 4],
+    /// The largest change of each edge function to a sample, and pixels to the right per its unit.
+    reach: [f32; 3],
+    per_slope: [f32; 3],
     min: [f32; 2],
     max: [f32; 2],
 }
 
 /// The functions at the first pixel of a row.
+#[derive(Clone, Copy)]
 struct RowStart {
     edge: [f32; 3],
     inverse_depth: f32,
@@ -153,10 +179,12 @@ impl Setup {
         let inverse_depth = [gradient(0) as f32, gradient(1) as f32, iw[0] as f32];
         let lanes = |g: [f32; 2]| [0, 1, 2, 3].map(|s| g[0] * OFFSET_X[s] + g[1] * OFFSET_Y[s]);
         let lane = [lanes(edge[0]), lanes(edge[1]), lanes(edge[2]), lanes([inverse_depth[0], inverse_depth[1]])];
+        let reach = [0, 1, 2].map(|i| lane[i].iter().fold(f32::MIN, |m, &l| m.max(l)));
+        let per_slope = edge.map(|[a, _]| 1.0 / a);
         let bound = |axis: usize, f: fn(f64, f64) -> f64| f(f(p[0][axis], p[1][axis]), p[2][axis]);
         let min = [0, 1].map(|axis| (bound(axis, f64::min) - 0.5).floor() as f32);
         let max = [0, 1].map(|axis| (bound(axis, f64::max) + 0.5).floor() as f32);
-        Some(Setup { origin, constant, edge, inverse_depth, lane, min, max })
+        Some(Setup { origin, constant, edge, inverse_depth, lane, reach, per_slope, min, max })
     }
 
     fn at(&self, x: f32, y: f32) -> RowStart {
@@ -169,16 +197,25 @@ impl Setup {
 }
 
 impl RowStart {
+    /// The functions some rows further down.
+    #[inline]
+    fn down(&self, rows: f32, setup: &Setup) -> RowStart {
+        let edge = [0, 1, 2].map(|i| self.edge[i] + rows * setup.edge[i][1]);
+        RowStart { edge, inverse_depth: self.inverse_depth + rows * setup.inverse_depth[1] }
+    }
+
     /// Pixels to skip, and pixels to draw, out of `n`: no sample outside that span can be inside all edges.
+    #[inline]
     fn span(&self, setup: &Setup, n: usize) -> (usize, usize) {
         let (mut from, mut to) = (0.0f32, n as f32);
         for i in 0..3 {
             let slope = setup.edge[i][0];
-            let reach = self.edge[i] + setup.lane[i].iter().fold(f32::MIN, |m, &l| m.max(l));
+            let reach = self.edge[i] + setup.reach[i];
+            let at = -reach * setup.per_slope[i];
             if slope > 0.0 {
-                from = from.max(-reach / slope - 1.0);
+                from = from.max(at - 1.0);
             } else if slope < 0.0 {
-                to = to.min(-reach / slope + 2.0);
+                to = to.min(at + 2.0);
             } else if reach < 0.0 {
                 return (0, 0);
             }

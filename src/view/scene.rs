@@ -79,7 +79,7 @@ pub fn ghost(list: &mut DrawList, model: &Model, poses: &Poses, color: [f32; 3])
 fn thing(model: &Model, geom: &Geom, shape: Shape, pos: &Vec3, mat: &Mat3) -> Thing {
     let still = model.bodies[geom.body].tree.is_none();
     let thin = (0..3).any(|i| geom.size[i] < PAINT && mat[(2, i)].abs() > 0.999);
-    let paint = still && shape == Shape::Box && thin;
+    let paint = still && shape == Shape::Box && thin && on_floor(model, pos);
     let color = body_color(geom);
     // A spoke as thick as its disk would lie in the disk's surface: it is drawn a little fatter.
     let size = if !still && marker(geom) {
@@ -98,6 +98,12 @@ fn thing(model: &Model, geom: &Geom, shape: Shape, pos: &Vec3, mat: &Mat3) -> Th
         shadow: !paint && color[3] > 0.6,
         paint,
     }
+}
+
+/// Whether a point is in a level plane.
+fn on_floor(model: &Model, pos: &Vec3) -> bool {
+    let level = |g: &&Geom| g.kind == GeomKind::Plane && (g.quat * Vec3::z()).z > 1.0 - 1e-9;
+    model.geoms.iter().filter(|g| g.body == 0).filter(level).any(|g| (g.pos.z - pos.z).abs() < PAINT)
 }
 
 /// A geom that touches nothing marks the body's rotation itself.

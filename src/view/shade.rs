@@ -1,10 +1,11 @@
 //! The colour of a point: its thing's pattern, the light, the floor's grid and shadows.
 
-use super::draw::{DrawList, Floor, Thing};
-use super::ground::{Ground, fog};
+use super::draw::{DrawList, Thing};
+use super::ground::{Ground, Row};
 use super::mesh::{self, Shape};
-use super::paint::{Eye, LIGHT, linear_rgb};
-use super::raster::{HalfSpace, NOTHING, V3};
+use super::paint::{LIGHT, linear_rgb};
+use super::project::{Eye, NEAR};
+use super::raster::{HalfSpace, V3};
 use super::shadow::Shadow;
 
 /// Screen value to linear light.
@@ -12,7 +13,7 @@ pub fn linear(c: f32) -> f32 {
     c * c
 }
 
-const HORIZON: [f32; 3] = [0.945, 0.955, 0.97];
+pub const HORIZON: [f32; 3] = [0.945, 0.955, 0.97];
 const ZENITH: [f32; 3] = [0.68, 0.78, 0.90];
 /// The twelve corners of an icosahedron are (0, ±1, ±φ) and its rotations: where a football has its dark patches.
 const PHI: f32 = 1.618_034;
@@ -26,10 +27,8 @@ pub struct Shader<'a> {
     shadows: Vec<Shadow>,
     /// Rows and columns that each shadow reaches in the picture.
     reach: Vec<[f32; 4]>,
-    grounds: Vec<Ground>,
-    horizon: V3,
-    zenith: V3,
-    fog: f32,
+    /// By floor; none where the eye is below it.
+    grounds: Vec<Option<Ground>>,
 }
 
 /// The shadows that reach into a band.
@@ -50,11 +49,9 @@ impl<'a> Shader<'a> {
     pub fn new(list: &'a DrawList, eye: Eye, planes: &[HalfSpace], size: [usize; 2]) -> Shader<'a> {
         let shadows = shadows(list);
         let fog = 1.0 / (22.0 * list.camera.distance as f32).max(5.0);
-        let horizon = linear_rgb(&HORIZON);
-        let ground = |(i, floor): (usize, &Floor)| {
-            let plane = planes.iter().find(|p| p.id == i as u32);
-            let slope = plane.map_or([0.0; 3], |p| p.abc);
-            Ground::new(floor, &eye, slope, fog, horizon)
+        let ground = |i: usize| {
+            let plane = planes.iter().position(|p| p.id == i as u32)?;
+            Some(Ground::new(&list.floors[i], &list.things, &eye, planes, plane, fog))
         };
         let light = V3::from(LIGHT).normalize();
         let reach = shadows.iter().map(|s| reach(s, list, &eye, size)).collect();
@@ -65,10 +62,7 @@ impl<'a> Shader<'a> {
             halfway: (light - eye.forward).normalize(),
             shadows,
             reach,
-            grounds: list.floors.iter().enumerate().map(ground).collect(),
-            horizon,
-            zenith: linear_rgb(&ZENITH),
-            fog,
+            grounds: (0..list.floors.len()).map(ground).collect(),
         }
     }
 
@@ -85,54 +79,50 @@ impl<'a> Shader<'a> {
     }
 
     /// The sky in a row: its colour follows the ray's slope.
-    pub fn sky(&self, y: f32) -> V3 {
+    fn sky(&self, y: f32) -> V3 {
         let d = self.eye.direction(self.eye.centre[0], y);
         let slope = (d.z / d.norm()).clamp(0.0, 1.0);
-        self.horizon.lerp(&self.zenith, (1.6 * slope).min(1.0))
+        linear_rgb(&HORIZON).lerp(&linear_rgb(&ZENITH), (1.6 * slope).min(1.0))
     }
 
-    /// Sky and, if there is just one floor, the floor: a row of the picture before anything stands on it.
-    pub fn background(&self, y: f32, sky: V3, band: &BandLight, open: &mut [f32], color: &mut [Vec<f32>; 3]) {
+    /// Sky and floors: a row of the picture before anything stands on it.
+    pub fn background(&self, y: f32, row: &mut Row) {
+        let sky = self.sky(y);
         for c in 0..3 {
-            color[c].fill(sky[c]);
+            row[c].fill(sky[c].sqrt());
         }
-        let [ground] = &self.grounds[..] else { return };
-        open.fill(1.0);
-        let [alpha, beta, gamma] = ground.inverse_depth;
+        self.grounds.iter().flatten().for_each(|ground| ground.row(y, row));
+    }
+
+    /// Lays the shadows of all things over a row of the background.
+    pub fn darken(&self, y: f32, band: &BandLight, pixels: &mut [[u8; 4]]) {
         for near in &band.near {
-            let last = open.len();
-            let (from, to) = (near.from.max(0.0) as usize, (near.to.max(0.0) as usize + 1).min(last));
-            for (i, open) in open.iter_mut().enumerate().take(to).skip(from) {
-                let x = i as f32 + 0.5;
-                let (at, _) = ground.place(x, y, 1.0 / (alpha * x + beta * y + gamma).max(1e-9));
-                *open *= 1.0 - self.shadows[near.shadow].at(at[0], at[1]);
+            if let Some(ground) = &self.grounds[near.floor] {
+                ground.shade(&self.shadows[near.shadow], y, pixels);
             }
         }
-        ground.row(y, open, color);
     }
 
     pub fn opacity(&self, id: u32) -> f32 {
         match self.find(id) {
             Found::Thing(thing) => thing.color[3],
             Found::Trail(color) => color[3],
-            Found::Floor(_) | Found::Nothing => 1.0,
+            Found::Floor(_) => 1.0,
         }
     }
 
-    /// Linear colour of what is seen at a point of the picture.
-    pub fn color(&self, id: u32, inverse_depth: f32, at: [f32; 2], sky: V3, band: &BandLight) -> V3 {
+    /// Linear colour of a thing, a trail or a floor that is seen at a point of the picture.
+    pub fn color(&self, id: u32, inverse_depth: f32, at: [f32; 2], band: &BandLight) -> V3 {
         match self.find(id) {
-            Found::Nothing => sky,
             Found::Trail(color) => linear_rgb(color),
             Found::Floor(i) => self.floor(i, 1.0 / inverse_depth.max(1e-9), at, band),
-            Found::Thing(thing) => self.thing(thing, 1.0 / inverse_depth.max(1e-9), at, band),
+            Found::Thing(thing) => self.thing(thing, 1.0 / inverse_depth.max(1e-9), at),
         }
     }
 
     fn find(&self, id: u32) -> Found<'a> {
         let (floors, things) = (self.list.floors.len(), self.list.things.len());
         match id as usize {
-            _ if id == NOTHING => Found::Nothing,
             i if i < floors => Found::Floor(i),
             i if i < floors + things => Found::Thing(&self.list.things[i - floors]),
             i => Found::Trail(&self.list.trails[i - floors - things].color),
@@ -140,30 +130,20 @@ impl<'a> Shader<'a> {
     }
 
     fn floor(&self, index: usize, depth: f32, [x, y]: [f32; 2], band: &BandLight) -> V3 {
-        let ground = &self.grounds[index];
-        let (at, width) = ground.place(x, y, depth);
-        ground.color(at, width, depth, self.open(index, at, x, band))
-    }
-
-    /// How much of the light arrives at a floor's point past all shadows in reach.
-    #[inline]
-    fn open(&self, floor: usize, at: [f32; 2], x: f32, band: &BandLight) -> f32 {
+        let Some(ground) = &self.grounds[index] else { return V3::zeros() };
+        let at = ground.place(x, y, depth);
         let mut open = 1.0;
-        for near in &band.near {
-            if x >= near.from && x <= near.to && near.floor == floor {
-                open *= 1.0 - self.shadows[near.shadow].at(at[0], at[1]);
-            }
+        for near in band.near.iter().filter(|n| x >= n.from && x <= n.to && n.floor == index) {
+            let shadow = &self.shadows[near.shadow];
+            open *= shadow.open(shadow.texel(at));
         }
-        open
+        linear_rgb(&ground.color(x, y, depth, open))
     }
 
-    fn thing(&self, thing: &Thing, depth: f32, at: [f32; 2], band: &BandLight) -> V3 {
+    fn thing(&self, thing: &Thing, depth: f32, at: [f32; 2]) -> V3 {
         let d = self.eye.direction(at[0], at[1]);
         let p = self.eye.pos + d * depth;
         let mut base = linear_rgb(&thing.color);
-        if thing.paint {
-            return fog(base * self.paint_light(&p, at[0], band), depth * self.fog, &self.horizon);
-        }
         let local = thing.mat.transpose() * (p - thing.pos);
         let n = mesh::normal(thing.shape, &thing.size, &local);
         let n = (thing.mat * n).try_normalize(1e-12).unwrap_or_else(V3::z);
@@ -180,20 +160,9 @@ impl<'a> Shader<'a> {
         let lit = base * (0.34 + 0.20 * sky + 0.62 * diffuse);
         lit + V3::repeat(0.16 * highlight + 0.05 * graze * graze * graze)
     }
-
-    /// Light on flat paint: that on the floor right below.
-    fn paint_light(&self, p: &V3, x: f32, band: &BandLight) -> f32 {
-        let Some(floor) = self.list.floors.first().filter(|_| band.near.iter().any(|n| x >= n.from && x <= n.to))
-        else {
-            return 1.0;
-        };
-        let q = p - floor.pos;
-        self.open(0, [q.dot(&floor.mat.column(0)), q.dot(&floor.mat.column(1))], x, band)
-    }
 }
 
 enum Found<'a> {
-    Nothing,
     Floor(usize),
     Thing(&'a Thing),
     Trail(&'a [f32; 4]),
@@ -228,7 +197,7 @@ fn reach(shadow: &Shadow, list: &DrawList, eye: &Eye, size: [usize; 2]) -> [f32;
     for (i, j) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
         let local = V3::new(shadow.from[0] + i * shadow.size[0], shadow.from[1] + j * shadow.size[1], 0.0);
         let seen = eye.see(&(floor.mat * local + floor.pos));
-        if seen.z < super::paint::NEAR {
+        if seen.z < NEAR {
             return [0.0, size[0] as f32, 0.0, size[1] as f32];
         }
         let (x, y) = (eye.centre[0] + eye.focal * seen.x / seen.z, eye.centre[1] - eye.focal * seen.y / seen.z);

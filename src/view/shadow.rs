@@ -1,13 +1,14 @@
 //! Soft shadows on planes: the outline of a convex shape, projected along the light, with a soft edge.
 
 use super::draw::{Floor, Thing};
+use super::ground::WHOLE;
 use super::mesh;
 use super::raster::V3;
 
 /// Texels along each side of a shadow.
 const TEXELS: usize = 40;
 
-/// How much darker a plane is under one thing, as a small picture that lies on the plane.
+/// What one thing leaves of the light on a plane, as a small picture that lies on the plane.
 pub struct Shadow {
     /// Index into the floors.
     pub floor: usize,
@@ -15,7 +16,8 @@ pub struct Shadow {
     pub from: [f32; 2],
     pub size: [f32; 2],
     texels_per_m: [f32; 2],
-    texels: Vec<f32>,
+    /// The factor that is left of a screen colour.
+    texels: Box<[[f32; TEXELS]; TEXELS]>,
 }
 
 impl Shadow {
@@ -47,20 +49,28 @@ impl Shadow {
         Some(bake(&hull, floor, blur, fade))
     }
 
-    /// How dark it is at a point of the plane: 0 to 1.
-    pub fn at(&self, u: f32, v: f32) -> f32 {
-        let x = (u - self.from[0]) * self.texels_per_m[0];
-        let y = (v - self.from[1]) * self.texels_per_m[1];
-        let last = (TEXELS - 1) as f32;
-        if !(x >= 0.0 && y >= 0.0 && x < last && y < last) {
-            return 0.0;
-        }
-        let (i, j) = (x as usize, y as usize);
-        let (fx, fy) = (x - i as f32, y - j as f32);
-        let texel = |i: usize, j: usize| self.texels[j * TEXELS + i];
-        let top = texel(i, j) * (1.0 - fx) + texel(i + 1, j) * fx;
-        let bottom = texel(i, j + 1) * (1.0 - fx) + texel(i + 1, j + 1) * fx;
-        top * (1.0 - fy) + bottom * fy
+    /// Where in the picture of the shadow a point of the plane is.
+    #[inline]
+    pub fn texel(&self, at: [f32; 2]) -> [f32; 2] {
+        [0, 1].map(|i| (at[i] - self.from[i]) * self.texels_per_m[i])
+    }
+
+    /// The factor that is left of a screen colour there; at the rim, 1, where it is outside.
+    #[inline]
+    pub fn open(&self, [x, y]: [f32; 2]) -> f32 {
+        const LAST: f32 = (TEXELS - 1) as f32;
+        let floor = |x: f32| ((x - 0.5 + WHOLE).to_bits() as usize & 0xffff).min(TEXELS - 2);
+        let inside = |x: f32| {
+            let x = if x > 0.0 { x } else { 0.0 };
+            if x < LAST { x } else { LAST }
+        };
+        let (x, y) = (inside(x), inside(y));
+        let (i, j) = (floor(x), floor(y));
+        let (fx, fy) = (x - i as i32 as f32, y - j as i32 as f32);
+        let (upper, lower) = (&self.texels[j], &self.texels[j + 1]);
+        let top = upper[i] + (upper[i + 1] - upper[i]) * fx;
+        let bottom = lower[i] + (lower[i + 1] - lower[i]) * fx;
+        top + (bottom - top) * fy
     }
 }
 
@@ -82,15 +92,22 @@ fn bake(hull: &[[f32; 2]], floor: usize, blur: f32, strength: f32) -> Shadow {
         .collect();
     // A narrow thing cannot darken fully once the blur is wider than it is.
     let fill = (w.min(h) / (w.min(h) + 0.8 * blur)).min(1.0);
-    let mut texels = Vec::with_capacity(TEXELS * TEXELS);
-    for j in 0..TEXELS {
-        for i in 0..TEXELS {
-            let px = x + w * i as f32 / (TEXELS - 1) as f32;
-            let py = y + h * j as f32 / (TEXELS - 1) as f32;
-            let distance = edges.iter().map(|e| e[0] * px + e[1] * py - e[2]).fold(f32::MIN, f32::max);
-            let t = (0.5 - 0.5 * distance / blur).clamp(0.0, 1.0);
-            texels.push(strength * fill * t * t * (3.0 - 2.0 * t));
+    let mut texels = Box::new([[1.0; TEXELS]; TEXELS]);
+    for (j, row) in texels.iter_mut().enumerate() {
+        let py = y + h * j as f32 / (TEXELS - 1) as f32;
+        // Distance to the outline of a row of texels.
+        let mut distance = [f32::MIN; TEXELS];
+        for [nx, ny, offset] in &edges {
+            let (first, step) = (nx * x + ny * py - offset, nx * w / (TEXELS - 1) as f32);
+            for (i, distance) in distance.iter_mut().enumerate() {
+                let d = first + step * i as i32 as f32;
+                *distance = if d > *distance { d } else { *distance };
+            }
         }
+        *row = distance.map(|d| {
+            let t = (0.5 - 0.5 * d / blur).clamp(0.0, 1.0);
+            (1.0 - strength * fill * t * t * (3.0 - 2.0 * t)).sqrt()
+        });
     }
     let texels_per_m = [w, h].map(|extent| (TEXELS - 1) as f32 / extent);
     Shadow { floor, from: [x, y], size: [w, h], texels_per_m, texels }

@@ -69,7 +69,7 @@ const CHIP: f64 = 0.55;
 impl Stage {
     /// A stage to play on: a scene with a goal is a game if `play` is set.
     pub fn new(session: Session, seed: u64, level: Option<usize>, play: bool) -> Stage {
-        let level = level.unwrap_or_else(|| Game::first_level(&session.model));
+        let level = level.unwrap_or_else(|| Game::first_level(&session));
         let game = play.then(|| Game::new(&session, level, seed)).flatten();
         let home = scene::first_look(&session);
         let body = game.as_ref().map_or_else(|| first_moving(&session.model), |g| g.rules.ball);

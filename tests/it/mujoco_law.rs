@@ -119,11 +119,11 @@ fn one_step_from_mujocos_states() {
                 continue;
             }
             compared += 1;
-            // The tutorial's disk: edges of the pyramid all but parallel and R of 2e-12, so forces keep 4 digits and
-            // accelerations 12 (MuJoCo's own differ as much between its solvers).
-            let (forces, accelerations) = if case.name == "disk pyramidal" { (1e-2, 1e-9) } else { (1e-9, 1e-9) };
-            check(&mut report, &label("qacc"), &data.qacc, &there.qacc, GRAVITY, accelerations);
-            check(&mut report, &label("qfrc_constraint"), &data.qfrc_constraint, &there.qfrc_constraint, 0.01, forces);
+            // How the tutorial's disk shares its force between its two contacts hangs on x = R f of 1e-9 m/s² (R is
+            // 2e-12), and aref of 1e3 m/s² is rounded at 1e-13: four digits. Their sum is not so delicate.
+            let forces = if case.name == "disk pyramidal" { 1e-3 } else { 1e-9 };
+            check(&mut report, &label("qacc"), &data.qacc, &there.qacc, GRAVITY, 1e-9);
+            check(&mut report, &label("qfrc_constraint"), &data.qfrc_constraint, &there.qfrc_constraint, 0.01, 1e-9);
             let ours: Vec<f64> = data.contacts.iter().flat_map(|c| c.force).collect();
             check(&mut report, &label("contact forces"), &ours, there.contact_force.as_flattened(), 0.01, forces);
             if let (Some(jac), Some(r), Some(aref), Some(force)) = (&there.jac, &there.r, &there.aref, &there.force) {

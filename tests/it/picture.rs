@@ -6,7 +6,7 @@ use penny::math::Vec3;
 use penny::view::camera::Camera;
 use penny::view::film::Film;
 use penny::view::log::Change;
-use penny::view::paint::{Image, paint};
+use penny::view::paint::{Image, Painter, paint};
 use penny::view::scene::{self, NORMAL_FORCE};
 use penny::view::session::Session;
 use penny::view::video::{Format, Shape, Video};
@@ -84,6 +84,37 @@ fn threads_change_nothing_but_the_time() {
     let mut one = written(SHAPES);
     let mut many = written(SHAPES);
     assert_eq!(picture(&mut one, 10, 1), picture(&mut many, 10, 3));
+}
+
+/// The painter keeps sky and floors from one picture to the next, as long as they stay the same.
+#[test]
+fn what_the_painter_keeps_changes_nothing() {
+    let mut session = session("models/goal.xml");
+    let mut film = Film::new(&session, scene::first_look(&session), None, 50.0, 1.0);
+    let mut painter = Painter::new(1);
+    let mut image = Image::new(SIZE[0], SIZE[1]);
+    for frame in 0..6 {
+        if frame == 3 {
+            film.camera.orbit(0.3, 0.1);
+        }
+        let list = film.frame(4 * frame, &mut session, None).expect("no divergence");
+        painter.paint(&list, &mut image);
+        assert_eq!(image, paint(&list, SIZE[0], SIZE[1], 1), "picture {frame}");
+    }
+}
+
+#[test]
+fn where_two_floors_meet_the_nearer_one_is_seen() {
+    let session = written(
+        r#"<mujoco><worldbody><geom type="plane" size="1 1 1" euler="0 20 0" rgba="0.8 0.2 0.2 1"/>
+        <geom type="plane" size="1 1 1" euler="0 -20 0" rgba="0.2 0.2 0.8 1"/></worldbody></mujoco>"#,
+    );
+    let camera = Camera { azimuth: 90f64.to_radians(), elevation: -30f64.to_radians(), ..Camera::default() };
+    let list = scene::draw(&session.model, &session.poses(1.0), camera);
+    let image = paint(&list, SIZE[0], SIZE[1], 1);
+    // A valley along y: the plane that falls to the right is the higher one on the left.
+    let (left, right) = (image.pixel(SIZE[0] / 4, SIZE[1] / 2), image.pixel(3 * SIZE[0] / 4, SIZE[1] / 2));
+    assert!(left[0] > 2 * left[2] && right[2] > 2 * right[0], "left {left:?}, right {right:?}");
 }
 
 #[test]

@@ -376,16 +376,18 @@ fn a_camera_is_read_from_text() {
 #[test]
 #[cfg(target_os = "linux")]
 fn without_a_display_play_names_the_way_without() {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_penny"))
-        .args(["play", "models/goal.xml"])
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .env_remove("WAYLAND_SOCKET")
-        .output()
-        .expect("built");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("penny render") && said.trim_end().lines().count() == 1, "{said}");
+    for display in [None, Some(":4711")] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_penny"));
+        command.args(["play", "models/goal.xml"]);
+        for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+            command.env_remove(name);
+        }
+        let output = command.envs(display.map(|name| ("DISPLAY", name))).output().expect("built");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("penny render") && said.trim_end().lines().count() == 1, "{said}");
+        assert!(!said.contains(".rs"), "places in other people's sources help nobody: {said}");
+    }
 }
 
 #[test]
@@ -405,4 +407,48 @@ fn a_recorded_run_is_rendered_from_the_command_line() {
     assert!(output.status.success() && said.contains(&stage.session.state_hash()), "{said}");
     assert_eq!(render(&["--contact", "tutorial"]).status.code(), Some(2), "a recorded session brings its own law");
     std::fs::remove_dir_all(&folder).expect("removable");
+}
+
+/// A key pressed in a frame pushes in the steps of that frame, and its arrow is in that frame's picture.
+#[test]
+#[cfg(feature = "play")]
+fn a_key_acts_within_its_frame() {
+    use eframe::egui::{Event, Key, Modifiers};
+    use penny::view::app::{App, headless::Headless};
+    let mut app = App::new(Stage::new(written(BALL), 0, None, false));
+    let mut window = Headless::new(640, 480);
+    let key = |pressed: bool| Event::Key {
+        key: Key::ArrowUp,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    };
+    // egui lays out in its first pass and knows sizes in the second.
+    window.frame(&mut app, 0.0, Vec::new());
+    window.frame(&mut app, 1.0 / 60.0, Vec::new());
+    let before = app.stage.session.steps;
+    let image = window.frame(&mut app, 1.0 / 60.0, vec![key(true)]);
+    let steps = app.stage.session.steps;
+    assert!(steps >= before + 16, "a sixtieth of a second is 16 steps of 1 ms");
+    let log = app.stage.session.log();
+    assert_eq!(log.inputs[0].step, before, "the push holds from the frame's first step on: {:?}", log.inputs);
+    // 16 steps of half the weight: m Δv = F t.
+    let speed = app.stage.session.ledger.impulse.norm() / 0.41;
+    let expected = 0.5 * 9.81 * (steps - before) as f64 * 1e-3;
+    assert!((speed - expected).abs() < 1e-12, "{speed} m/s, expected {expected}");
+    let red = |p: &[u8]| p[0] > 150 && p[0] > p[1].saturating_add(90) && p[0] > p[2].saturating_add(60);
+    assert!(image.rgba.chunks(4).filter(|p| red(p)).count() > 20, "the arrow is seen at once");
+    window.frame(&mut app, 1.0 / 60.0, vec![key(false)]);
+    let last = app.stage.session.log().inputs.pop().expect("released");
+    assert_eq!(last.step, steps, "and it ends as promptly");
+}
+
+#[test]
+fn every_level_opens_from_its_own_file() {
+    for (file, level) in [("goal.xml", "pass"), ("goal_keeper.xml", "keeper"), ("goal_2d.xml", "circle")] {
+        let stage = Stage::new(session(&format!("models/{file}")), 1, None, true);
+        let game = stage.game.expect("a game");
+        assert_eq!((LEVELS[game.level].name, game.played()), (level, 0), "{file}");
+    }
 }

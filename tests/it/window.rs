@@ -45,6 +45,30 @@ fn wait(milliseconds: u64) {
     std::thread::sleep(Duration::from_millis(milliseconds));
 }
 
+/// Opens the window with these arguments in a folder, and gives it the keyboard.
+fn play(display: &str, folder: &Path, args: &[&std::ffi::OsStr]) -> Ended {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+    command.arg("play").args(args).current_dir(folder).stderr(Stdio::piped());
+    command.env("DISPLAY", display).env("LIBGL_ALWAYS_SOFTWARE", "1").env_remove("WAYLAND_DISPLAY");
+    let penny = Ended(command.spawn().expect("built"));
+    let window = tool(display, "xdotool", &["search", "--sync", "--onlyvisible", "--name", "^Penny$"]);
+    tool(display, "xdotool", &["windowfocus", &window]);
+    penny
+}
+
+/// Closes the window as a user does, and returns what it said.
+fn close(display: &str, penny: &mut Ended) -> String {
+    tool(display, "xdotool", &["key", "ctrl+q"]);
+    let closing = Instant::now();
+    while penny.0.try_wait().expect("a child").is_none() {
+        assert!(closing.elapsed() < Duration::from_secs(20), "Ctrl+Q closes the window");
+        wait(50);
+    }
+    let mut said = String::new();
+    penny.0.stderr.take().expect("piped").read_to_string(&mut said).expect("text");
+    said
+}
+
 /// Plays the recorded inputs and returns where the ball was after every step.
 fn replayed(log: &Log, path: &Path) -> (Vec<Vec3>, Session) {
     let opened = penny::view::open::open(path).unwrap_or_else(|e| panic!("{e}"));
@@ -105,21 +129,7 @@ fn real_keys_move_the_ball_and_the_record_tells_how() {
     std::fs::create_dir_all(&folder).expect("writable");
     let run: PathBuf = folder.join("run.json");
     let (_server, display) = display();
-    let mut penny = Ended(
-        Command::new(env!("CARGO_BIN_EXE_penny"))
-            .arg("play")
-            .arg(&scene)
-            .arg("--record")
-            .arg(&run)
-            .env("DISPLAY", &display)
-            .env("LIBGL_ALWAYS_SOFTWARE", "1")
-            .env_remove("WAYLAND_DISPLAY")
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("built"),
-    );
-    let window = tool(&display, "xdotool", &["search", "--sync", "--onlyvisible", "--name", "^Penny$"]);
-    tool(&display, "xdotool", &["windowfocus", &window]);
+    let mut penny = play(&display, &folder, &[scene.as_os_str(), "--record".as_ref(), run.as_os_str()]);
     wait(2500);
     tool(&display, "xdotool", &["keydown", "Up"]);
     wait(500);
@@ -128,14 +138,7 @@ fn real_keys_move_the_ball_and_the_record_tells_how() {
     wait(300);
     tool(&display, "xdotool", &["key", "space"]);
     wait(500);
-    tool(&display, "xdotool", &["key", "ctrl+q"]);
-    let closing = Instant::now();
-    while penny.0.try_wait().expect("a child").is_none() {
-        assert!(closing.elapsed() < Duration::from_secs(20), "Ctrl+Q closes the window");
-        wait(50);
-    }
-    let mut said = String::new();
-    penny.0.stderr.take().expect("piped").read_to_string(&mut said).expect("text");
+    let said = close(&display, &mut penny);
     println!("{said}");
 
     // The record, replayed, ends in the same bits …
@@ -185,5 +188,48 @@ fn real_keys_move_the_ball_and_the_record_tells_how() {
     let light = panel.iter().filter(|p| p.iter().all(|&c| c > 200)).count();
     let dark = panel.iter().filter(|p| p.iter().all(|&c| c < 120)).count();
     assert!(light > panel.len() / 2 && dark > 500, "{light} light and {dark} dark of {}", panel.len());
+    std::fs::remove_dir_all(&folder).expect("removable");
+}
+
+#[test]
+#[ignore = "needs Xvfb, xdotool, ffmpeg and software GL: tests/window.sh"]
+fn a_saved_scene_is_loaded_again_and_a_key_films_it() {
+    let green = |p: &[u8]| p[1] > p[0].saturating_add(50) && p[1] > p[2].saturating_add(40);
+    let blue = |p: &[u8]| p[2] > p[0].saturating_add(60) && p[2] > p[1].saturating_add(60);
+    let folder = std::env::temp_dir().join(format!("penny-reload-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("writable");
+    let scene = folder.join("scene.xml");
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/window.xml")).expect("there");
+    std::fs::write(&scene, &text).expect("writable");
+    let (_server, display) = display();
+    let mut penny = play(&display, &folder, &[scene.as_os_str()]);
+    wait(2500);
+    let shot = |name: &str| screenshot(&display, &folder.join(name));
+    assert!(find(&shot("before.png"), green).1 > 200, "the ball is green");
+    // An editor saves another colour …
+    std::fs::write(&scene, text.replace("0.1 0.75 0.2 1", "0.1 0.2 0.9 1")).expect("writable");
+    wait(1500);
+    let after = shot("after.png");
+    assert!(find(&after, blue).1 > 200 && find(&after, green).1 == 0, "the ball is blue");
+    // … and then a mistake: the report covers a part of the picture, the blue ball plays on.
+    std::fs::write(&scene, text.replace("<freejoint/>", "<frejoint/>")).expect("writable");
+    wait(1500);
+    let wrong = shot("wrong.png");
+    assert!(find(&wrong, green).1 == 0, "the mistake is not loaded");
+    let differ = wrong.1.iter().zip(&after.1).filter(|(a, b)| a.abs_diff(**b) > 60).count();
+    assert!(differ > 2000, "the report is seen: {differ} bytes differ");
+    std::fs::write(&scene, &text).expect("writable");
+    wait(1500);
+    assert!(find(&shot("again.png"), green).1 > 200, "mended, the ball is green");
+    // F9 films about a second.
+    tool(&display, "xdotool", &["key", "F9"]);
+    wait(1200);
+    tool(&display, "xdotool", &["key", "F9"]);
+    wait(1500);
+    let said = close(&display, &mut penny);
+    let film = folder.join("penny-1.mp4");
+    let frames = ["-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames", "-of", "csv=p=0"];
+    let frames = tool(&display, "ffprobe", &[&frames[..], &[film.to_str().expect("plain")]].concat());
+    assert!(frames.parse::<usize>().is_ok_and(|n| n > 20), "{frames} frames filmed; {said}");
     std::fs::remove_dir_all(&folder).expect("removable");
 }

@@ -27,7 +27,24 @@ pub struct Blocks {
     values: Vec<f64>,
 }
 
+/// Block rows up to which there is room for a full factor from the start; beyond, it grows as it must.
+const FULL: usize = 64;
+
 impl Blocks {
+    /// Makes room for that many block rows with that many rows in all.
+    pub fn reserve(&mut self, count: usize, size: usize) {
+        for list in [&mut self.n, &mut self.at, &mut self.order, &mut self.rank] {
+            list.reserve(count);
+        }
+        self.first.reserve(count + 1);
+        self.neighbours.reserve(count * count.div_ceil(64));
+        if count <= FULL {
+            self.column.reserve(count * (count + 1) / 2);
+            self.offset.reserve(count * (count + 1) / 2);
+            self.values.reserve(size * size);
+        }
+    }
+
     /// Starts anew with block rows of the given sizes and no connections.
     pub fn reset(&mut self, sizes: impl Iterator<Item = usize>) {
         self.n.clear();

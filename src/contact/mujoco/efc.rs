@@ -24,14 +24,13 @@ pub struct Row {
 /// All rows at the state that `data` was computed for by [`forward`](crate::forward::forward) with this law.
 pub fn list(model: &Model, method: &Method, state: &State, data: &Data) -> Vec<Row> {
     let mut scratch = Scratch::default();
-    scratch.prepare(model, method.timestep);
+    scratch.prepare(model, method.timestep, data);
     let island = &mut scratch.island;
     for t in 0..model.trees.len() {
         island.add_tree(model, t);
     }
     let mut dof_rows = Vec::new();
-    rows::dry_friction(model, &scratch.dry, method.timestep, &state.qvel, |row| dof_rows.push(row));
-    rows::limits(model, &scratch.limited, method.timestep, &state.qpos, &state.qvel, |row| dof_rows.push(row));
+    rows::of_joints(model, data, method.timestep, state, |row| dof_rows.push(row));
     for row in &dof_rows {
         island.add_dof_row(model, data, row, super::tree_of_dof(model, row.dof));
     }

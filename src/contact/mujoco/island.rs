@@ -9,7 +9,7 @@ use super::rows::{self, DofRow, Recipe};
 use super::solver::{Constraint, Into, Space, Vectors};
 use crate::data::{Contact, Data};
 use crate::dynamics;
-use crate::math::{Vec3, Vec6};
+use crate::math::Vec6;
 use crate::model::Model;
 
 /// One tree of the island.
@@ -48,7 +48,9 @@ pub struct Island {
     pub constraints: Vec<Constraint>,
     pub vectors: Vectors<Vec<f64>>,
     parts: Vec<Parts>,
+    /// Numbers of all rows; those from `used` on are left over from larger islands.
     jac: Vec<f64>,
+    used: usize,
     blocks: Blocks,
     /// Twists of a point per dof of a tree.
     columns: Vec<Vec6>,
@@ -57,11 +59,40 @@ pub struct Island {
 }
 
 impl Island {
+    /// Makes room for all trees in one island, with that many contacts and rows of joints.
+    pub fn reserve(&mut self, model: &Model, contacts: usize, joints: usize) {
+        let trees = model.trees.len();
+        let widest = model.trees.iter().map(|t| t.dofs.len()).max().unwrap_or(0);
+        let constraints = contacts + joints;
+        self.units.reserve(trees);
+        self.constraints.reserve(constraints);
+        self.parts.reserve(constraints);
+        self.jac.reserve((contacts * model.plan.condim * 2 + joints) * widest);
+        self.columns.reserve(widest);
+        self.product.reserve(6 * widest);
+        let v = &mut self.vectors;
+        for vector in [&mut v.smooth, &mut v.a, &mut v.pull, &mut v.gradient, &mut v.p, &mut v.mp] {
+            vector.reserve(model.nv);
+        }
+        self.blocks.reserve(trees, model.nv);
+    }
+
     pub fn reset(&mut self) {
         self.units.clear();
         self.constraints.clear();
         self.parts.clear();
-        self.jac.clear();
+        self.used = 0;
+    }
+
+    /// Room for the rows of a part, with whatever numbers were there.
+    fn part(&mut self, unit: usize, rows: usize) -> Part {
+        let Unit { at, n, .. } = self.units[unit];
+        let start = self.used;
+        self.used += rows * n;
+        if self.jac.len() < self.used {
+            self.jac.resize(self.used, 0.0);
+        }
+        Part { unit, at, n, start }
     }
 
     /// Adds a tree; returns its number in the island.
@@ -114,13 +145,13 @@ impl Island {
                 self.add_tree_rows(model, data, contact, side, sign, parts.parts[0], dim);
                 continue;
             }
-            let Unit { tree, at, n } = self.units[unit];
-            let part = Part { unit, at, n, start: self.jac.len() };
-            self.jac.resize(part.start + dim * n, 0.0);
-            if model.trees[tree].free.is_some() {
-                let mover = &data.movers[model.trees[tree].bodies.start];
-                rows::free_rows(contact, mover, sign, self.jac[part.start..].as_chunks_mut::<6>().0);
+            let part = self.part(unit, dim);
+            let tree = &model.trees[self.units[unit].tree];
+            let jac = &mut self.jac[part.start..self.used];
+            if tree.free.is_some() {
+                rows::free_rows(contact, &data.movers[tree.bodies.start], sign, jac.as_chunks_mut::<6>().0);
             } else {
+                jac.fill(0.0);
                 self.add_tree_rows(model, data, contact, side, sign, part, dim);
             }
             parts.parts[parts.count] = part;
@@ -145,9 +176,10 @@ impl Island {
         } else {
             rows::inverse_mass(model, contact)
         };
-        let mut constraint = Constraint::default();
-        recipe.fill(contact.dist, inverse, &v, &mut constraint);
-        self.constraints.push(constraint);
+        self.constraints.push(Constraint::default());
+        if let Some(constraint) = self.constraints.last_mut() {
+            recipe.fill(contact.dist, inverse, &v, constraint);
+        }
         self.parts.push(parts);
     }
 
@@ -165,33 +197,21 @@ impl Island {
         self.columns.clear();
         self.columns.resize(part.n, Vec6::zeros());
         dynamics::jacobian(model, data, contact.body[side] as usize, &contact.pos, &mut self.columns);
-        for (j, column) in self.columns.iter().enumerate() {
-            let linear = contact.frame * Vec3::new(column[0], column[1], column[2]);
-            let angular = contact.frame * Vec3::new(column[3], column[4], column[5]);
-            for k in 0..dim {
-                let value = if k < 3 { linear[k] } else { angular[k - 3] };
-                self.jac[part.start + k * part.n + j] += sign * value;
-            }
-        }
+        let Island { columns, jac, .. } = self;
+        rows::tree_rows(contact, columns, sign, dim, |k, j, value| jac[part.start + k * part.n + j] += value);
     }
 
     /// Adds a row of a tree's dofs: a joint limit or dry friction.
     pub fn add_dof_row(&mut self, model: &Model, data: &Data, row: &DofRow, unit: usize) {
-        let Unit { tree, at, n } = self.units[unit];
-        let tree = &model.trees[tree];
-        let part = Part { unit, at, n, start: self.jac.len() };
-        self.jac.resize(part.start + n, 0.0);
-        for i in 0..row.n {
-            let dof = row.dof + i - tree.dofs.start;
-            match &tree.free {
-                Some(free) => {
-                    let body = tree.bodies.start;
-                    let unit = super::dof_in_mover(free, &data.movers[body], &data.xpos[body], dof);
-                    for j in 0..6 {
-                        self.jac[part.start + j] += row.entries[i] * unit[j];
-                    }
-                }
-                None => self.jac[part.start + dof] = row.entries[i],
+        let part = self.part(unit, 1);
+        let tree = &model.trees[self.units[unit].tree];
+        let (first, entries) = (row.dof - tree.dofs.start, &row.entries[..row.n]);
+        let jac = &mut self.jac[part.start..self.used];
+        match &tree.free {
+            Some(_) => jac.copy_from_slice(&super::dof_row(tree, data, row)),
+            None => {
+                jac.fill(0.0);
+                jac[first..first + row.n].copy_from_slice(entries);
             }
         }
         self.parts.push(Parts { parts: [part, Part::default()], count: 1, ..Parts::default() });

@@ -1,8 +1,11 @@
 //! MuJoCo's contact model: soft constraints, posed as a convex problem and solved by Newton's method.
 //!
 //! [`rows`] says what each constraint asks for, [`cone`] what it costs to deny it, [`solver`] finds the
-//! accelerations that cost least. Bodies that do not influence one another are solved apart: a free body that
-//! touches only what never moves in [`free`], all others as an [`island`].
+//! accelerations that cost least. Bodies that do not influence one another are solved apart: a small tree, such as a
+//! free body, that touches only what never moves in [`lone`], all others as an [`island`].
+//!
+//! With `tolerance` 0 accelerations are MuJoCo's to rounding. So are the forces, unless friction is so small, or a
+//! contact so rigid, that MuJoCo's rounding of a_ref decides how two contacts share a load (the tutorial's disk).
 //!
 //! Source: MuJoCo 4.0 manual, Computation › Constraint model and Constraint solver; formulas re-checked against
 //! 4.0.0 by running it.
@@ -10,22 +13,24 @@
 pub mod blocks;
 pub mod cone;
 pub mod efc;
-pub mod free;
 pub mod island;
+pub mod lone;
 pub mod rows;
 pub mod solver;
 
 use std::mem;
 
 use crate::contact::Law;
+use crate::contact::forest::Forest;
 use crate::data::{Contact, Data, Mover};
+use crate::dynamics;
 use crate::forward::Method;
-use crate::math::{Vec3, vec3};
+use crate::math::{Vec3, Vec6, vec3};
 use crate::model::{FreeBody, Model, Tree};
 use crate::state::State;
-use free::Free;
 use island::Island;
-use rows::Recipe;
+use lone::{Dense, Diagonal, Lone, SIX};
+use rows::{DofRow, Recipe};
 use solver::{Constraint, Outcome, Stop, Vectors};
 
 pub static LAW: Law = Law {
@@ -40,25 +45,21 @@ pub struct Scratch {
     /// Timestep for which `recipes` (one per mix of the model) were made.
     timestep: f64,
     recipes: Vec<Recipe>,
-    /// Joints with limits and dofs with dry friction.
-    limited: Vec<usize>,
-    dry: Vec<usize>,
-    /// Rows of one free body.
+    /// Rows of one small tree.
     constraints: Vec<Constraint>,
     jac: Vec<[[f64; 6]; 6]>,
-    dof_rows: Vec<rows::DofRow>,
+    dof_rows: Vec<DofRow>,
     groups: Groups,
     island: Island,
 }
 
-/// Which trees influence one another: disjoint sets, and the constraints of each.
+/// Which trees influence one another, and the constraints of each island.
 #[derive(Clone, Debug, Default)]
 struct Groups {
-    /// Parent in the forest of disjoint sets; afterwards the root of every tree.
-    root: Vec<usize>,
+    forest: Forest,
     /// Number of each tree within its island.
     unit: Vec<usize>,
-    /// Trees, contacts and dof rows ordered by root, and where those of a root start.
+    /// Trees, contacts and dof rows by island; the lowest tree of an island is its number.
     trees: Sorted,
     contacts: Sorted,
     dofs: Sorted,
@@ -72,21 +73,22 @@ struct Sorted {
 }
 
 impl Sorted {
-    fn sort(&mut self, groups: usize, keys: impl Iterator<Item = Option<usize>> + Clone) {
+    /// Sorts the items 0, 1, … by `group`; those of none are left out.
+    fn sort(&mut self, groups: usize, items: usize, mut group: impl FnMut(usize) -> Option<usize>) {
         self.start.clear();
         self.start.resize(groups + 2, 0);
-        for key in keys.clone().flatten() {
-            self.start[key + 2] += 1;
+        for g in (0..items).filter_map(&mut group) {
+            self.start[g + 2] += 1;
         }
         for g in 2..groups + 2 {
             self.start[g] += self.start[g - 1];
         }
         self.items.clear();
         self.items.resize(self.start[groups + 1], 0);
-        for (item, key) in keys.enumerate() {
-            if let Some(key) = key {
-                self.items[self.start[key + 1]] = item;
-                self.start[key + 1] += 1;
+        for item in 0..items {
+            if let Some(g) = group(item) {
+                self.items[self.start[g + 1]] = item;
+                self.start[g + 1] += 1;
             }
         }
     }
@@ -152,79 +154,108 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     }
     // A pointer moves, not the buffers.
     let mut scratch = data.mujoco.take().unwrap_or_default();
-    scratch.prepare(model, method.timestep);
-    let single = model.trees.len() == 1 && model.trees[0].free.is_some();
-    if single && scratch.limited.is_empty() && scratch.dry.is_empty() {
-        scratch.solve_free(model, state, data, 0, None);
+    scratch.prepare(model, method.timestep, data);
+    let mut dof_rows = mem::take(&mut scratch.dof_rows);
+    dof_rows.clear();
+    rows::of_joints(model, data, method.timestep, state, |row| dof_rows.push(row));
+    if single(model) {
+        scratch.solve_lone(model, state, data, 0, None, dof_rows.iter());
     } else {
-        scratch.solve_islands(model, method, state, data);
+        scratch.solve_islands(model, state, data, &dof_rows);
     }
+    scratch.dof_rows = dof_rows;
     data.mujoco = Some(scratch);
 }
 
+/// Whether there is one small tree and nothing else.
+fn single(model: &Model) -> bool {
+    model.trees.len() == 1 && small(&model.trees[0])
+}
+
+fn small(tree: &Tree) -> bool {
+    tree.dofs.len() <= SIX
+}
+
 impl Scratch {
-    /// Makes what depends on model and timestep only.
-    fn prepare(&mut self, model: &Model, timestep: f64) {
+    /// Makes what depends on model and timestep only, and room for as many contacts as `data` has.
+    fn prepare(&mut self, model: &Model, timestep: f64, data: &Data) {
         if self.timestep == timestep {
             return;
         }
         self.timestep = timestep;
         self.recipes = model.mixes.iter().map(|mix| Recipe::new(mix, model, timestep)).collect();
-        let flags = &model.opt.flags;
-        let limited = |j: &usize| flags.limit && model.joints[*j].range.is_some();
-        self.limited = (0..model.joints.len()).filter(limited).collect();
-        let dry = |d: &usize| flags.frictionloss && model.dofs[*d].frictionloss > 0.0;
-        self.dry = (0..model.dofs.len()).filter(dry).collect();
+        let contacts = data.contacts.capacity();
+        // A limited joint may be near both its ends.
+        let joints = data.plan.dry.len() + 2 * data.plan.limited.len();
+        self.dof_rows.reserve(joints);
+        self.constraints.reserve(contacts + joints);
+        self.jac.reserve(contacts + joints);
+        if !single(model) {
+            self.groups.dofs.items.reserve(joints);
+            self.groups.contacts.items.reserve(contacts);
+            self.island.reserve(model, contacts, joints);
+        }
     }
 
-    /// One free body against what never moves. `which` are its contacts, all of them if `None`.
-    fn solve_free(&mut self, model: &Model, state: &State, data: &mut Data, t: usize, which: Option<&[usize]>) {
+    /// One small tree against what never moves. `which` are its contacts, all of them if `None`.
+    fn solve_lone<'a>(
+        &mut self,
+        model: &Model,
+        state: &State,
+        data: &mut Data,
+        t: usize,
+        which: Option<&[usize]>,
+        dof_rows: impl ExactSizeIterator<Item = &'a DofRow>,
+    ) {
         let tree = &model.trees[t];
-        let (Some(free), Some(m)) = (&tree.free, masses(tree)) else { return };
-        let body = tree.bodies.start;
-        let mover = &data.movers[body];
         let count = which.map_or(data.contacts.len(), <[usize]>::len);
-        if self.constraints.len() < count {
-            self.constraints.resize(count, Constraint::default());
-            self.jac.resize(count, [[0.0; 6]; 6]);
+        let most = dof_rows.len() + count;
+        if self.constraints.len() < most {
+            self.constraints.resize(most, Constraint::default());
+            self.jac.resize(most, [[0.0; 6]; 6]);
         }
-        let mut used = 0;
+        let joints = dof_rows.len();
+        for (i, row) in dof_rows.enumerate() {
+            self.jac[i][0] = dof_row(tree, data, row);
+            self.constraints[i] = row.constraint;
+        }
+        let mut used = joints;
         for i in 0..count {
             let contact = &data.contacts[which.map_or(i, |w| w[i])];
             let recipe = &self.recipes[contact.mix as usize];
-            if !recipe.active(contact.dist) {
-                continue;
+            if recipe.active(contact.dist) {
+                let (c, jac) = (&mut self.constraints[used], &mut self.jac[used]);
+                match &tree.free {
+                    Some(_) => fill_free(model, data, tree, contact, recipe, jac, c),
+                    None => fill_tree(model, state, data, t, contact, recipe, jac, c),
+                }
+                used += 1;
             }
-            let (c, jac) = (&mut self.constraints[used], &mut self.jac[used]);
-            used += 1;
-            let sign = if contact.body[1] as usize == body { 1.0 } else { -1.0 };
-            rows::free_rows(contact, mover, sign, &mut jac[..recipe.dim()]);
-            let mut v = [0.0; 6];
-            for (v, row) in v.iter_mut().zip(jac.iter()).take(recipe.dim()) {
-                *v = row.iter().zip(mover.vel.iter()).map(|(j, v)| j * v).sum();
-            }
-            let inverse = if model.opt.flags.diagexact {
-                recipe.exact(|e| (0..6).map(|i| (e[0] * jac[0][i] + e[1] * jac[1][i]).powi(2) / m[i]).sum())
-            } else {
-                rows::inverse_mass(model, contact)
-            };
-            recipe.fill(contact.dist, inverse, &v, c);
         }
         if used == 0 {
             return;
         }
-        let constraints = &mut self.constraints[..used];
+        let (constraints, jac) = (&mut self.constraints[..used], &self.jac[..used]);
+        let mut v = Vectors::<[f64; 6]>::default();
         let warm = &state.qacc_warmstart[tree.dofs.clone()];
-        let mut v = Vectors::<[f64; 6]> {
-            smooth: mover.acc.into(),
-            a: to_mover(free, mover, &data.xpos[body], warm),
-            ..Vectors::default()
-        };
-        let mut space = Free { m, jac: &self.jac[..used] };
-        let outcome = solver::minimise(&mut space, &mut v, constraints, &stop(model));
-        from_mover(free, mover, &data.xpos[body], &v.a, &mut data.qacc[tree.dofs.clone()]);
-        force_from_mover(free, mover, &data.xpos[body], &v.pull, &mut data.qfrc_constraint[tree.dofs.clone()]);
-        let mut next = constraints.iter();
+        let (body, n) = (tree.bodies.start, tree.dofs.len());
+        let outcome;
+        if let (Some(free), Some(m)) = (&tree.free, masses(tree)) {
+            let (mover, xpos) = (&data.movers[body], &data.xpos[body]);
+            v.smooth = mover.acc.into();
+            v.a = to_mover(free, mover, xpos, warm);
+            outcome = solver::minimise(&mut Lone { m: Diagonal(m), jac }, &mut v, constraints, &stop(model));
+            from_mover(free, mover, xpos, &v.a, &mut data.qacc[tree.dofs.clone()]);
+            force_from_mover(free, mover, xpos, &v.pull, &mut data.qfrc_constraint[tree.dofs.clone()]);
+        } else {
+            v.smooth[..n].copy_from_slice(&data.qacc_smooth[tree.dofs.clone()]);
+            v.a[..n].copy_from_slice(warm);
+            let m = Dense { n, qm: &data.qm[data.m_adr[t]..][..n * n] };
+            outcome = solver::minimise(&mut Lone { m, jac }, &mut v, constraints, &stop(model));
+            data.qacc[tree.dofs.clone()].copy_from_slice(&v.a[..n]);
+            data.qfrc_constraint[tree.dofs.clone()].copy_from_slice(&v.pull[..n]);
+        }
+        let mut next = constraints[joints..].iter();
         for i in 0..count {
             let contact = &mut data.contacts[which.map_or(i, |w| w[i])];
             let recipe = &self.recipes[contact.mix as usize];
@@ -233,26 +264,21 @@ impl Scratch {
         record(data, outcome, used_rows(constraints));
     }
 
-    fn solve_islands(&mut self, model: &Model, method: &Method, state: &State, data: &mut Data) {
-        let mut dof_rows = mem::take(&mut self.dof_rows);
-        dof_rows.clear();
-        rows::dry_friction(model, &self.dry, method.timestep, &state.qvel, |row| dof_rows.push(row));
-        rows::limits(model, &self.limited, method.timestep, &state.qpos, &state.qvel, |row| dof_rows.push(row));
+    fn solve_islands(&mut self, model: &Model, state: &State, data: &mut Data, dof_rows: &[DofRow]) {
         let mut groups = mem::take(&mut self.groups);
-        groups.find(model, &data.contacts, &self.recipes, &dof_rows);
+        groups.find(model, &data.contacts, &self.recipes, dof_rows);
         for root in 0..model.trees.len() {
             let (trees, contacts, dofs) = (groups.trees.of(root), groups.contacts.of(root), groups.dofs.of(root));
             if contacts.is_empty() && dofs.is_empty() {
                 continue;
             }
-            if trees.len() == 1 && dofs.is_empty() && model.trees[root].free.is_some() {
-                self.solve_free(model, state, data, root, Some(contacts));
+            if trees.len() == 1 && small(&model.trees[root]) {
+                self.solve_lone(model, state, data, root, Some(contacts), dofs.iter().map(|&d| &dof_rows[d]));
             } else {
-                self.solve_island(model, state, data, &mut groups.unit, [trees, contacts, dofs], &dof_rows);
+                self.solve_island(model, state, data, &mut groups.unit, [trees, contacts, dofs], dof_rows);
             }
         }
         self.groups = groups;
-        self.dof_rows = dof_rows;
     }
 
     /// An island of several trees, or of one that is not a free body.
@@ -263,7 +289,7 @@ impl Scratch {
         data: &mut Data,
         unit: &mut [usize],
         [trees, contacts, dofs]: [&[usize]; 3],
-        dof_rows: &[rows::DofRow],
+        dof_rows: &[DofRow],
     ) {
         let island = &mut self.island;
         island.reset();
@@ -304,6 +330,91 @@ impl Scratch {
     }
 }
 
+/// Rows and constraint of a contact between a free body and what never moves.
+#[inline]
+fn fill_free(
+    model: &Model,
+    data: &Data,
+    tree: &Tree,
+    contact: &Contact,
+    recipe: &Recipe,
+    jac: &mut [[f64; 6]; 6],
+    c: &mut Constraint,
+) {
+    let body = tree.bodies.start;
+    let mover = &data.movers[body];
+    let sign = if contact.body[1] as usize == body { 1.0 } else { -1.0 };
+    rows::free_rows(contact, mover, sign, &mut jac[..recipe.dim()]);
+    let inverse = if model.opt.flags.diagexact {
+        recipe.exact(|e| (0..6).map(|i| (e[0] * jac[0][i] + e[1] * jac[1][i]).powi(2) * mover.minv[i]).sum())
+    } else {
+        rows::inverse_mass(model, contact)
+    };
+    recipe.fill(contact.dist, inverse, &products(&jac[..recipe.dim()], mover.vel.as_slice()), c);
+}
+
+/// Rows and constraint of a contact of a small tree that is not a free body.
+#[inline]
+fn fill_tree(
+    model: &Model,
+    state: &State,
+    data: &Data,
+    t: usize,
+    contact: &Contact,
+    recipe: &Recipe,
+    jac: &mut [[f64; 6]; 6],
+    c: &mut Constraint,
+) {
+    let (dofs, dim) = (&model.trees[t].dofs, recipe.dim());
+    let mut columns = [Vec6::zeros(); SIX];
+    *jac = [[0.0; 6]; 6];
+    for (side, sign) in [(0, -1.0), (1, 1.0)] {
+        let body = contact.body[side] as usize;
+        if model.bodies[body].tree.is_some() {
+            dynamics::jacobian(model, data, body, &contact.pos, &mut columns);
+            rows::tree_rows(contact, &columns[..dofs.len()], sign, dim, |k, j, value| jac[k][j] += value);
+        }
+    }
+    let inverse = if model.opt.flags.diagexact {
+        recipe.exact(|e| {
+            let row: [f64; 6] = std::array::from_fn(|i| e[0] * jac[0][i] + e[1] * jac[1][i]);
+            let mut divided = row;
+            dynamics::solve_m(model, data, t, &mut divided[..dofs.len()]);
+            row.iter().zip(&divided).map(|(a, b)| a * b).sum()
+        })
+    } else {
+        rows::inverse_mass(model, contact)
+    };
+    recipe.fill(contact.dist, inverse, &products(&jac[..dim], &state.qvel[dofs.clone()]), c);
+}
+
+/// Velocities of rows, J · vel.
+#[inline]
+fn products(jac: &[[f64; 6]], vel: &[f64]) -> [f64; 6] {
+    let mut v = [0.0; 6];
+    for (v, row) in v.iter_mut().zip(jac) {
+        *v = row.iter().zip(vel).map(|(j, v)| j * v).sum();
+    }
+    v
+}
+
+/// A row of a tree's dofs as a row of its unknowns.
+fn dof_row(tree: &Tree, data: &Data, row: &DofRow) -> [f64; 6] {
+    let mut out = [0.0; 6];
+    for (i, entry) in row.entries.iter().enumerate().take(row.n) {
+        let dof = row.dof + i - tree.dofs.start;
+        match &tree.free {
+            Some(free) => {
+                let body = tree.bodies.start;
+                let unit = dof_in_mover(free, &data.movers[body], &data.xpos[body], dof);
+                (0..6).for_each(|j| out[j] += entry * unit[j]);
+            }
+            None => out[dof] = *entry,
+        }
+    }
+    out
+}
+
 fn stop(model: &Model) -> Stop {
     let opt = &model.opt;
     Stop { tolerance: opt.tolerance, iterations: opt.iterations, warm: opt.flags.warmstart }
@@ -341,36 +452,23 @@ fn tree_of_dof(model: &Model, dof: usize) -> usize {
 
 impl Groups {
     /// Finds the islands: trees joined by active contacts.
-    fn find(&mut self, model: &Model, contacts: &[Contact], recipes: &[Recipe], dof_rows: &[rows::DofRow]) {
+    fn find(&mut self, model: &Model, contacts: &[Contact], recipes: &[Recipe], dof_rows: &[DofRow]) {
+        let Groups { forest, unit, trees, contacts: by_island, dofs } = self;
         let count = model.trees.len();
-        self.root.clear();
-        self.root.extend(0..count);
-        self.unit.resize(count, 0);
+        forest.reset(count);
+        unit.resize(count, 0);
         let tree = |body: u32| model.bodies[body as usize].tree;
         let active = |c: &Contact| recipes[c.mix as usize].active(c.dist);
         for c in contacts.iter().filter(|c| active(c)) {
             if let [Some(a), Some(b)] = c.body.map(tree) {
-                let (a, b) = (find(&mut self.root, a), find(&mut self.root, b));
-                // The lower number stays the root, so the islands' order does not depend on the contacts'.
-                self.root[a.max(b)] = a.min(b);
+                forest.join(a, b);
             }
         }
-        for t in 0..count {
-            self.root[t] = find(&mut self.root, t);
-        }
-        let root = &self.root;
-        self.trees.sort(count, root.iter().map(|&r| Some(r)));
-        let of_contact = |c: &Contact| c.body.iter().find_map(|&b| tree(b)).filter(|_| active(c)).map(|t| root[t]);
-        self.contacts.sort(count, contacts.iter().map(of_contact));
-        self.dofs.sort(count, dof_rows.iter().map(|row| Some(root[tree_of_dof(model, row.dof)])));
+        trees.sort(count, count, |t| Some(forest.find(t)));
+        by_island.sort(count, contacts.len(), |i| {
+            let c = &contacts[i];
+            c.body.iter().find_map(|&b| tree(b)).filter(|_| active(c)).map(|t| forest.find(t))
+        });
+        dofs.sort(count, dof_rows.len(), |i| Some(forest.find(tree_of_dof(model, dof_rows[i].dof))));
     }
-}
-
-/// The root of a tree's set; shortens the way there.
-fn find(root: &mut [usize], mut t: usize) -> usize {
-    while root[t] != t {
-        root[t] = root[root[t]];
-        t = root[t];
-    }
-    t
 }

@@ -6,9 +6,10 @@
 use super::cone::Kind;
 use super::solver::Constraint;
 use crate::contact::impedance::{self, Reference};
-use crate::data::{Contact, Mover};
-use crate::math::Vec3;
+use crate::data::{Contact, Data, Mover};
+use crate::math::{Vec3, Vec6};
 use crate::model::{Cone, Mix, Model};
+use crate::state::State;
 
 /// What all contacts of a mix have in common.
 #[derive(Clone, Copy, Debug)]
@@ -148,6 +149,25 @@ pub fn free_rows(contact: &Contact, mover: &Mover, sign: f64, jac: &mut [[f64; 6
     }
 }
 
+/// Rows of a contact for one side, in the dofs of its tree: ± frame · J. Calls `add` with row, dof and number.
+///
+/// In: `columns` J of the contact point ([`dynamics::jacobian`](crate::dynamics::jacobian)).
+#[inline]
+pub fn tree_rows(contact: &Contact, columns: &[Vec6], sign: f64, dim: usize, mut add: impl FnMut(usize, usize, f64)) {
+    for (j, column) in columns.iter().enumerate() {
+        let linear = contact.frame * Vec3::new(column[0], column[1], column[2]) * sign;
+        for k in 0..dim.min(3) {
+            add(k, j, linear[k]);
+        }
+        if dim > 3 {
+            let angular = contact.frame * Vec3::new(column[3], column[4], column[5]) * sign;
+            for k in 3..dim {
+                add(k, j, angular[k - 3]);
+            }
+        }
+    }
+}
+
 /// A row of a tree's dofs with up to three entries: −axis of a ball joint, ±1 of a limit, 1 of dry friction.
 #[derive(Clone, Copy, Debug)]
 pub struct DofRow {
@@ -156,6 +176,12 @@ pub struct DofRow {
     pub n: usize,
     pub entries: [f64; 3],
     pub constraint: Constraint,
+}
+
+/// Calls `emit` with the rows of dry friction, then with those of joint limits.
+pub fn of_joints(model: &Model, data: &Data, timestep: f64, state: &State, mut emit: impl FnMut(DofRow)) {
+    dry_friction(model, &data.plan.dry, timestep, &state.qvel, &mut emit);
+    limits(model, &data.plan.limited, timestep, &state.qpos, &state.qvel, &mut emit);
 }
 
 /// Calls `emit` with the row of every dof that has dry friction.

@@ -99,6 +99,26 @@ struct Point {
 #[inline]
 fn evaluate<S: Space>(space: &S, a: &S::Vector, constraints: &mut [Constraint]) -> Point {
     space.multiply_j(a, Into::X, constraints);
+    forces(constraints)
+}
+
+/// Evaluates all constraints α y further on.
+///
+/// Where x is but the softness of a stiff contact, R f, its digits would drown in J a and a_ref if it were
+/// computed anew; counted on it keeps them, and Newton's steps go on to shrink.
+#[inline]
+fn evaluate_further(alpha: f64, constraints: &mut [Constraint]) -> Point {
+    for c in constraints.iter_mut() {
+        for k in 0..c.cone.dim {
+            c.x[k] += alpha * c.y[k];
+        }
+    }
+    forces(constraints)
+}
+
+/// Forces and cost of all constraints at their x.
+#[inline]
+fn forces(constraints: &mut [Constraint]) -> Point {
     let mut point = Point { cost: 0.0, same: true, quadratic: true };
     for c in constraints {
         let (cost, zone) = c.cone.cost(&c.x, &mut c.force);
@@ -197,9 +217,12 @@ fn descend<S: Space>(
         for (a, p) in v.a.as_mut().iter_mut().zip(v.p.as_ref()) {
             *a += p;
         }
-        let mut point = evaluate(space, &v.a, constraints);
-        if !(point.same && point.quadratic || take_back(space, v, constraints, promise)) {
-            point = Point { same: false, ..evaluate(space, &v.a, constraints) };
+        space.multiply_j(&v.p, Into::Y, constraints);
+        let mut point = evaluate_further(1.0, constraints);
+        if !(point.same && point.quadratic)
+            && let Some(back) = take_back(space, v, constraints, promise)
+        {
+            point = Point { same: false, ..evaluate_further(back, constraints) };
         }
         pull(space, v);
         norm = scale * gradient(space, v, constraints);
@@ -222,16 +245,15 @@ fn descend<S: Space>(
 /// outer iteration does the rest.
 ///
 /// In:  `v.a`, `constraints` after the full step, `v.pull` before it; `promise` = −φ'(0).
-/// Out: whether the full step was right after all; if not, the constraints are to be evaluated anew.
-fn take_back<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint], promise: f64) -> bool {
-    space.multiply_j(&v.p, Into::Y, constraints);
+/// Out: α − 1, by which `v.a` has been moved along p; `None` if the full step was right after all.
+fn take_back<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Constraint], promise: f64) -> Option<f64> {
     space.multiply_m(&v.p, &mut v.mp);
     let linear = dot(v.p.as_ref(), v.pull.as_ref());
     let square = dot(v.p.as_ref(), v.mp.as_ref());
     let near = |slope: f64| slope.abs() <= LINE_SEARCH_TOLERANCE * promise;
     let pushed: f64 = constraints.iter().map(|c| dot(&c.force[..c.cone.dim], &c.y[..c.cone.dim])).sum();
     if near(linear + square - pushed) {
-        return true;
+        return None;
     }
     // φ' and φ'', counted from the full step.
     let slope = |alpha: f64| {
@@ -263,7 +285,7 @@ fn take_back<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mut 
     for (a, p) in v.a.as_mut().iter_mut().zip(v.p.as_ref()) {
         *a += (alpha - 1.0) * p;
     }
-    false
+    Some(alpha - 1.0)
 }
 
 /// Promised improvements, in (m/s²)², that may be rounding: Newton's method cannot be slow so near the minimum.

@@ -1,4 +1,4 @@
-//! Filming the window's picture: drawn again and written on a thread of its own, at a steady frame rate.
+//! Filming the window's picture: written on a thread of its own, at a steady frame rate.
 
 use std::path::PathBuf;
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -6,15 +6,17 @@ use std::thread::JoinHandle;
 
 use super::free_name;
 use crate::view::draw::DrawList;
-use crate::view::paint::paint;
+use crate::view::paint::{Image, paint};
 use crate::view::video::{self, Shape, Video};
 
 pub struct Shooting {
     pub path: PathBuf,
-    sender: SyncSender<DrawList>,
+    /// Pictures, and how many frames each is shown.
+    sender: SyncSender<(Image, usize)>,
     thread: JoinHandle<Result<usize, String>>,
+    size: [usize; 2],
     fps: f64,
-    /// Wall time not yet filmed, s.
+    /// Frames not yet filmed.
     due: f64,
 }
 
@@ -22,32 +24,38 @@ pub struct Shooting {
 const WAITING: usize = 16;
 
 impl Shooting {
-    /// Begins a file with a new name: MP4 where ffmpeg is installed, else GIF.
+    /// Begins a file with a new name: MP4 where that can be written, else GIF.
     pub fn start([width, height]: [usize; 2]) -> Result<Shooting, String> {
-        let ending = if video::has_ffmpeg() { "mp4" } else { "gif" };
-        let path = free_name(ending);
+        let ending = if video::has_mp4() { "mp4" } else { "gif" };
+        let path = free_name("penny", ending);
         let fps = video::Format::of(&path)?.usual_fps();
         let mut video = Video::create(&path, Shape { width, height, fps, frames: 0 })?;
-        let (sender, lists) = sync_channel::<DrawList>(WAITING);
+        let (sender, pictures) = sync_channel::<(Image, usize)>(WAITING);
         let thread = std::thread::spawn(move || {
             let mut frames = 0;
-            for list in lists {
-                video.push(&paint(&list, width, height, 1))?;
-                frames += 1;
+            for (image, times) in pictures {
+                (0..times).try_for_each(|_| video.push(&image))?;
+                frames += times;
             }
             video.finish().map(|()| frames)
         });
-        Ok(Shooting { path, sender, thread, fps, due: 0.0 })
+        Ok(Shooting { path, sender, thread, size: [width, height], fps, due: 0.0 })
     }
 
-    /// Films a picture as often as the wall time since the last one asks for.
-    pub fn offer(&mut self, list: &DrawList, elapsed: f64) {
-        self.due += elapsed.min(0.25);
-        while self.due >= 1.0 / self.fps {
-            self.due -= 1.0 / self.fps;
-            // A writer that has stopped says why when it is finished.
-            let _ = self.sender.send(list.clone());
+    /// Films the picture shown for as many frames as the wall time since the last one asks for.
+    pub fn offer(&mut self, list: &DrawList, shown: &Image, elapsed: f64) {
+        self.due += elapsed.min(0.25) * self.fps;
+        let times = self.due.floor();
+        self.due -= times;
+        if times < 1.0 {
+            return;
         }
+        let [width, height] = self.size;
+        // The window may have become larger or smaller; the film cannot.
+        let same = [shown.width, shown.height] == self.size;
+        let image = if same { shown.clone() } else { paint(list, width, height, 1) };
+        // A writer that has stopped says why when it is finished.
+        let _ = self.sender.send((image, times as usize));
     }
 
     /// Ends the file and says what became of it.

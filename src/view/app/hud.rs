@@ -18,12 +18,7 @@ pub fn show(app: &App, ui: &mut egui::Ui, rect: egui::Rect) {
         card(&ctx, "score", egui::pos2(rect.right() - 218.0, rect.top() + 12.0), |ui| {
             ui.set_width(190.0);
             ui.label(RichText::new(format!("{} points", game.points)).size(20.0).strong());
-            ui.label(format!(
-                "{} of {} shots in · level {}",
-                game.goals,
-                game.rounds.saturating_sub(1).max(game.goals),
-                level.name
-            ));
+            ui.label(format!("{} of {} shots in · level {}", game.goals, game.played(), level.name));
             let at = game.rules.distance(&game.rules.centre(&stage.session));
             let fair = game.rules.may_push(&game.rules.centre(&stage.session));
             let color = if fair { Color32::from_rgb(30, 120, 50) } else { Color32::from_rgb(190, 40, 40) };
@@ -52,9 +47,9 @@ fn shots(app: &App, ctx: &egui::Context, rect: egui::Rect) {
     let at = egui::pos2(rect.left() + 12.0, rect.bottom() - 74.0 - 20.0 * rows);
     card(ctx, "shots", at, |ui| {
         let impulse = app.stage.shots[0].ledger.impulse.norm();
-        ui.strong(format!("your pushes: {impulse:.2} N s; the same under each law:"));
+        ui.strong(format!("your pushes: {impulse:.2} N s; the same under each law, and the energy lost:"));
         egui::Grid::new("shots").num_columns(7).spacing([14.0, 3.0]).show(ui, |ui| {
-            for title in ["law", "outcome", "after", "fastest", "sliding", "rolling", "impacts"] {
+            for title in ["law", "outcome", "after", "fastest", "sliding", "rolling", "other"] {
                 ui.weak(title);
             }
             ui.end_row();
@@ -65,9 +60,11 @@ fn shots(app: &App, ctx: &egui::Context, rect: egui::Rect) {
                 ui.colored_label(color, shot.outcome.name());
                 ui.label(format!("{:.3} s", shot.time));
                 ui.label(format!("{:.2} m/s", shot.fastest));
-                ui.label(format!("{:.3} J", shot.ledger.sliding));
-                ui.label(format!("{:.3} J", shot.ledger.rolling + shot.ledger.spinning));
-                ui.label(format!("{:.3} J", shot.ledger.other()));
+                let ledger = &shot.ledger;
+                for lost in [ledger.sliding, ledger.rolling + ledger.spinning, ledger.other()] {
+                    // Adding zero turns a rounded −0 into 0.
+                    ui.label(format!("{:.3} J", (lost * 1e3).round() / 1e3 + 0.0));
+                }
                 ui.end_row();
             }
         });
@@ -77,6 +74,7 @@ fn shots(app: &App, ctx: &egui::Context, rect: egui::Rect) {
 fn card(ctx: &egui::Context, name: &str, at: egui::Pos2, content: impl FnOnce(&mut egui::Ui)) {
     egui::Area::new(egui::Id::unique(name)).fixed_pos(at).interactable(false).show(ctx, |ui| {
         let fill = Color32::from_rgba_unmultiplied(255, 255, 255, 225);
+        ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
         egui::Frame::new().fill(fill).corner_radius(6.0).inner_margin(egui::Margin::symmetric(10, 6)).show(ui, content);
     });
 }

@@ -30,7 +30,7 @@ const fn bind(keys: &'static [Key], shown: &'static str, about: &'static str, ac
 const BINDINGS: &[Binding] = &[
     bind(
         &[Key::ArrowUp, Key::W],
-        "↑ ← ↓ →  W A S D",
+        "arrows, W A S D",
         "push the selected body, as the camera sees it",
         Act::Push(0.0, 1.0),
     ),

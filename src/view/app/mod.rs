@@ -26,9 +26,7 @@ pub struct App {
     pub panel: bool,
     /// The plots shown, as indices into [`super::history::PLOTS`].
     plots: [usize; 2],
-    /// Threads that draw a picture.
-    threads: usize,
-    texture: Option<egui::TextureHandle>,
+    screen: view::Screen,
     /// The body that the mouse turned the camera instead of holding, or holds at a depth.
     drag: view::Drag,
     shooting: Option<Shooting>,
@@ -52,14 +50,12 @@ const BUDGET: Duration = Duration::from_millis(9);
 
 impl App {
     pub fn new(stage: Stage) -> App {
-        let threads = std::thread::available_parallelism().map_or(1, |n| n.get().min(4));
         App {
             stage,
             help: false,
             panel: true,
             plots: [0, 2],
-            threads,
-            texture: None,
+            screen: view::Screen::new(),
             drag: view::Drag::None,
             shooting: None,
             best: best::path().map(|path| best::load(&path)).unwrap_or_default(),
@@ -76,6 +72,7 @@ impl App {
         if self.panel {
             egui::Panel::right("panel").exact_size(panel::WIDTH).resizable(false).show(ui, |ui| panel::show(self, ui));
             egui::Panel::bottom("plots")
+                .frame(plots::frame(ui))
                 .exact_size(plots::HEIGHT)
                 .resizable(false)
                 .show(ui, |ui| plots::show(self, ui));
@@ -93,7 +90,7 @@ impl App {
     pub fn film(&mut self) {
         match self.shooting.take() {
             Some(shooting) => self.stage.message = shooting.finish(),
-            None => match Shooting::start(self.view_size()) {
+            None => match Shooting::start(self.screen.size()) {
                 Ok(shooting) => {
                     self.stage.message = format!("filming into {}", shooting.path.display());
                     self.shooting = Some(shooting);
@@ -108,10 +105,6 @@ impl App {
         if let Some(shooting) = self.shooting.take() {
             eprintln!("{}", shooting.finish());
         }
-    }
-
-    fn view_size(&self) -> [usize; 2] {
-        self.texture.as_ref().map_or([640, 480], |t| t.size())
     }
 
     /// A new goal goes into the best-of list.
@@ -134,8 +127,8 @@ impl App {
 }
 
 /// The first name of that kind which is not taken: `penny-1.gif`, `penny-2.gif` …
-pub fn free_name(ending: &str) -> PathBuf {
-    let name = |n: usize| PathBuf::from(format!("penny-{n}.{ending}"));
+pub fn free_name(stem: &str, ending: &str) -> PathBuf {
+    let name = |n: usize| PathBuf::from(format!("{stem}-{n}.{ending}"));
     (1..).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(0))
 }
 

@@ -15,6 +15,11 @@ const COLORS: [egui::Color32; 3] = [
 /// Time that a plot shows, s.
 const SPAN: f64 = 6.0;
 
+/// The plots' background, once for all of them.
+pub fn frame(ui: &egui::Ui) -> egui::Frame {
+    egui::Frame::side_top_panel(ui.style()).fill(ui.visuals().extreme_bg_color)
+}
+
 pub fn show(app: &mut App, ui: &mut egui::Ui) {
     ui.columns(2, |columns| {
         for (slot, ui) in columns.iter_mut().enumerate() {
@@ -42,6 +47,7 @@ fn plot(app: &App, ui: &mut egui::Ui, slot: usize) {
         .allow_zoom(false)
         .allow_scroll(false)
         .allow_boxed_zoom(false)
+        .show_background(false)
         .show_crosshair(false)
         .grid_color(egui::Color32::from_gray(205))
         .grid_fade(0.6)

@@ -1,11 +1,14 @@
 //! The 3-D picture in the window, and the mouse on it.
 
+use std::sync::Arc;
+
 use eframe::egui::{self, PointerButton};
 
 use super::App;
 use crate::math::Vec3;
 use crate::view::controls::Grab;
-use crate::view::paint::{Image, paint};
+use crate::view::draw::DrawList;
+use crate::view::paint::{Image, Painter};
 use crate::view::pick;
 
 /// What a drag of the mouse's left button does.
@@ -32,25 +35,51 @@ pub fn show(app: &mut App, ui: &mut egui::Ui, elapsed: f64) -> egui::Rect {
     let pixels = [(rect.width() * scale).round().max(1.0) as usize, (rect.height() * scale).round().max(1.0) as usize];
     mouse(app, ui, &response);
     let list = app.stage.draw();
-    let image = paint(&list, pixels[0], pixels[1], app.threads);
+    app.screen.show(ui, rect, pixels, &list);
     if let Some(shooting) = &mut app.shooting {
-        shooting.offer(&list, elapsed);
-    }
-    upload(app, ui.ctx(), image);
-    if let Some(texture) = &app.texture {
-        let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-        ui.painter().image(texture.id(), rect, whole, egui::Color32::WHITE);
+        shooting.offer(&list, &app.screen.image, elapsed);
     }
     rect
 }
 
-fn upload(app: &mut App, ctx: &egui::Context, image: Image) {
-    let size = [image.width, image.height];
-    let pixels = image.rgba.chunks_exact(4).map(|p| egui::Color32::from_rgb(p[0], p[1], p[2])).collect();
-    let image = egui::ColorImage::new(size, pixels);
-    match &mut app.texture {
-        Some(texture) => texture.set(image, egui::TextureOptions::NEAREST),
-        None => app.texture = Some(ctx.load_texture("scene", image, egui::TextureOptions::NEAREST)),
+/// The 3-D picture on its way to the screen; all that can be used again is.
+pub struct Screen {
+    painter: Painter,
+    image: Image,
+    /// What egui was given; it lets go of it before the next frame.
+    pixels: Arc<egui::ColorImage>,
+    texture: Option<egui::TextureHandle>,
+}
+
+impl Screen {
+    pub fn new() -> Screen {
+        let threads = std::thread::available_parallelism().map_or(1, |n| n.get().min(4));
+        Screen { painter: Painter::new(threads), image: Image::new(0, 0), pixels: Arc::default(), texture: None }
+    }
+
+    /// Pixels of the picture last shown.
+    pub fn size(&self) -> [usize; 2] {
+        [self.image.width, self.image.height]
+    }
+
+    fn show(&mut self, ui: &egui::Ui, rect: egui::Rect, size: [usize; 2], list: &DrawList) {
+        if self.size() != size {
+            self.image = Image::new(size[0], size[1]);
+            self.pixels = Arc::new(egui::ColorImage::filled(size, egui::Color32::WHITE));
+        }
+        self.painter.paint(list, &mut self.image);
+        let colors = self.image.rgba.as_chunks().0.iter().map(|[r, g, b, _]| egui::Color32::from_rgb(*r, *g, *b));
+        Arc::make_mut(&mut self.pixels).pixels.iter_mut().zip(colors).for_each(|(pixel, color)| *pixel = color);
+        let options = egui::TextureOptions::NEAREST;
+        let texture = match &mut self.texture {
+            Some(texture) => {
+                texture.set(self.pixels.clone(), options);
+                texture
+            }
+            none => none.insert(ui.ctx().load_texture("scene", self.pixels.clone(), options)),
+        };
+        let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+        ui.painter().image(texture.id(), rect, whole, egui::Color32::WHITE);
     }
 }
 

@@ -48,6 +48,8 @@ pub fn run(open: Open) -> Result<(), String> {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]).with_title("Penny"),
         persist_window: false,
+        // Costs a software renderer more than it shows.
+        dithering: false,
         ..eframe::NativeOptions::default()
     };
     let window = Window::new(open);
@@ -93,11 +95,18 @@ fn check_display() -> Result<(), String> {
 }
 
 fn cannot(why: &str) -> String {
-    let why = why.lines().next().unwrap_or("").trim_end_matches('.');
+    let why = reason(why);
     format!(
         "cannot open a window: {why}; it needs a display with OpenGL and, on Debian, the packages {LIBRARIES}; \
          `penny render SCENE.xml -o out.gif` makes pictures and videos without them"
     )
+}
+
+/// The first line of an error, without the place in winit's source and without glutin's list of wishes.
+fn reason(why: &str) -> &str {
+    let why = why.lines().next().unwrap_or("").trim_end_matches('.');
+    let why = why.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(why, |(_, said)| said);
+    why.split(" matching the template: ").next().unwrap_or(why)
 }
 
 pub fn theme(ctx: &egui::Context) {
@@ -139,6 +148,7 @@ impl Window {
         match open::open(&self.path) {
             Ok(opened) => {
                 self.problem = None;
+                self.keep_run();
                 self.app.stage.reload(opened.model, opened.hash);
                 self.watch(opened.files);
             }
@@ -153,7 +163,7 @@ impl Window {
     fn grant(&mut self, wish: Wish) {
         match wish {
             Wish::SaveRun => {
-                let path = free_name("json");
+                let path = free_name("penny", "json");
                 self.app.stage.message = match self.write_run(&path) {
                     Ok(()) => format!("saved; replay with: penny play --replay {}", path.display()),
                     Err(problem) => problem,
@@ -168,6 +178,17 @@ impl Window {
         std::fs::write(path, text).map_err(|e| format!("cannot write `{}`: {e}", path.display()))
     }
 
+    /// Another scene begins: with `--record`, what was played until now goes beside the file that will hold the rest.
+    fn keep_run(&self) {
+        let Some(record) = &self.record else { return };
+        let stem = record.with_extension("");
+        let path = free_name(&stem.to_string_lossy(), "json");
+        match self.write_run(&path) {
+            Ok(()) => eprintln!("{}: the session until now", path.display()),
+            Err(problem) => eprintln!("error: {problem}"),
+        }
+    }
+
     fn level(&mut self, level: usize) {
         let path = self.path.with_file_name(LEVELS[level].scene);
         let old = &self.app.stage;
@@ -179,8 +200,9 @@ impl Window {
         match opened {
             Ok((mut stage, files)) => {
                 if let (Some(new), Some(old)) = (&mut stage.game, &old.game) {
-                    (new.points, new.goals) = (old.points, old.goals);
+                    (new.points, new.goals, new.rounds) = (old.points, old.goals, old.played() + 1);
                 }
+                self.keep_run();
                 self.app.stage = stage;
                 self.path = path;
                 self.watch(files);
@@ -194,8 +216,11 @@ impl eframe::App for Window {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let (now, elapsed) = ui.input(|i| (i.time, f64::from(i.unstable_dt)));
         self.look(now);
-        self.frames += 1;
-        self.shown += elapsed;
+        // The first second is spent on opening.
+        if now > 1.0 {
+            self.frames += 1;
+            self.shown += elapsed;
+        }
         if ui.input(|i| i.modifiers.command && i.key_pressed(egui::Key::Q)) {
             ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
         }

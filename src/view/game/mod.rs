@@ -7,10 +7,11 @@ mod rules;
 
 pub use rules::{Outcome, Rules};
 
+use std::path::Path;
+
 use super::log::{Change, Start};
 use super::session::Session;
 use crate::math::{Vec3, Vec6};
-use crate::model::Model;
 use crate::state::State;
 
 /// A level: a scene in the same folder, and how the ball comes.
@@ -77,10 +78,13 @@ impl Game {
         })
     }
 
-    /// The level that a scene opens with.
-    pub fn first_level(model: &Model) -> usize {
-        let named = |level: &Level| model.texts.get("penny.level").is_some_and(|name| name == level.name);
-        LEVELS.iter().position(named).unwrap_or(0)
+    /// The level that a scene opens with: that of its file, and of those the one that the scene names.
+    pub fn first_level(session: &Session) -> usize {
+        let file = Path::new(&session.source.path).file_name();
+        let own = |level: &Level| file.is_some_and(|name| name == level.scene);
+        let named = |level: &Level| session.model.texts.get("penny.level").is_some_and(|name| name == level.name);
+        let find = |wanted: &dyn Fn(&Level) -> bool| LEVELS.iter().position(wanted);
+        find(&|level| own(level) && named(level)).or_else(|| find(&own)).or_else(|| find(&named)).unwrap_or(0)
     }
 
     /// Starts the next round: the ball where the level and the seed put it.
@@ -130,6 +134,11 @@ impl Game {
             self.points += self.worth();
         }
         Some(over)
+    }
+
+    /// Rounds that are over.
+    pub fn played(&self) -> u64 {
+        self.rounds - u64::from(self.outcome.is_none())
     }
 
     /// Points of a goal: 100 a level, and 20 for every metre beyond the first.

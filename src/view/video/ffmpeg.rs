@@ -8,7 +8,7 @@ use super::Shape;
 use crate::view::paint::Image;
 
 /// Arguments that choose codec and quality.
-pub const H264: &[&str] = &["-c:v", "libx264", "-preset", "medium", "-crf", "18", "-movflags", "+faststart"];
+pub const H264: &[&str] = &["-c:v", "libx264", "-preset", "veryfast", "-crf", "18", "-movflags", "+faststart"];
 pub const VP9: &[&str] = &["-c:v", "libvpx-vp9", "-crf", "28", "-b:v", "0", "-row-mt", "1", "-cpu-used", "4"];
 
 /// Whether the program is there.

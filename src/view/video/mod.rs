@@ -1,14 +1,17 @@
-//! Pictures to files: PNG, animated PNG and GIF by crates, MP4 and WebM by ffmpeg where it is installed.
+//! Pictures to files: PNG, animated PNG and GIF by crates, MP4 and WebM by ffmpeg where it is installed, else MP4 by the
+//! optional feature `h264`.
 
 mod ffmpeg;
 mod gif;
+#[cfg(feature = "h264")]
+mod h264;
 mod palette;
 mod png;
 
 use std::path::Path;
 
 use super::paint::Image;
-pub use ffmpeg::has_ffmpeg;
+use ffmpeg::has_ffmpeg;
 
 /// A kind of file, chosen by its name's ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,12 +49,19 @@ impl Format {
     }
 }
 
+/// Whether MP4 can be written here.
+pub fn has_mp4() -> bool {
+    cfg!(feature = "h264") || has_ffmpeg()
+}
+
 /// A file that pictures are appended to.
 pub enum Video {
     Png(png::Still),
     Apng(png::Animated),
     Gif(Box<gif::Gif>),
     Ffmpeg(ffmpeg::Ffmpeg),
+    #[cfg(feature = "h264")]
+    H264(Box<h264::H264>),
 }
 
 /// What is known before the first picture.
@@ -70,6 +80,8 @@ impl Video {
             Format::Png => Video::Png(png::Still::new(path)),
             Format::Apng => Video::Apng(png::Animated::create(path, shape)?),
             Format::Gif => Video::Gif(Box::new(gif::Gif::create(path, shape)?)),
+            #[cfg(feature = "h264")]
+            Format::Mp4 if !has_ffmpeg() => Video::H264(Box::new(h264::H264::create(path, shape)?)),
             Format::Mp4 => Video::Ffmpeg(ffmpeg::Ffmpeg::start(path, shape, ffmpeg::H264)?),
             Format::Webm => Video::Ffmpeg(ffmpeg::Ffmpeg::start(path, shape, ffmpeg::VP9)?),
         })
@@ -81,6 +93,8 @@ impl Video {
             Video::Apng(file) => file.push(image),
             Video::Gif(file) => file.push(image),
             Video::Ffmpeg(pipe) => pipe.push(image),
+            #[cfg(feature = "h264")]
+            Video::H264(file) => file.push(image),
         }
     }
 
@@ -91,6 +105,8 @@ impl Video {
             Video::Apng(file) => file.finish(),
             Video::Gif(file) => file.finish(),
             Video::Ffmpeg(pipe) => pipe.finish(),
+            #[cfg(feature = "h264")]
+            Video::H264(file) => file.finish(),
         }
     }
 }

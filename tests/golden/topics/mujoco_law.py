@@ -75,7 +75,7 @@ def scenes():
     shapes = {
         "sphere": geom("sphere", ".1"), "capsule": geom("capsule", ".07 .1"), "box": geom("box", ".12 .1 .09"), "cylinder": geom("cylinder", ".1 .08"),
     }
-    for a, b in [("sphere", "sphere"), ("sphere", "capsule"), ("sphere", "cylinder"), ("sphere", "box"), ("capsule", "capsule"), ("box", "box")]:
+    for a, b in [("sphere", "sphere"), ("sphere", "capsule"), ("sphere", "cylinder"), ("sphere", "box"), ("capsule", "capsule"), ("box", "capsule"), ("box", "box")]:
         out.append(dict(name=f"{b} on {a}", seconds=1, xml=scene(pair_of(shapes[b], shapes[a])), rows=2, until=.1 if b == "cylinder" else 1))
     out += [
         dict(name="disk pyramidal", seconds=3, xml=DISK.format(cone="pyramidal", z=1), qvel=[2, 0, 0, 0, 10, 0], tolerance=1e-8),

@@ -1,14 +1,89 @@
-//! One free body against what does not move: six unknowns, arrays of fixed size.
+//! One tree of at most six degrees of freedom against what does not move: arrays of fixed size.
 
 use super::cone::Curvature;
 use super::solver::{Constraint, Into, Space};
 
 type Row = [f64; 6];
 
-/// M and J of one free body in the coordinates of its mover, where M is diagonal.
-pub struct Free<'a> {
-    /// kg, kg, kg, and the principal moments, kg m².
-    pub m: Row,
+/// Most unknowns of a tree that is solved here.
+pub const SIX: usize = 6;
+
+/// M of the tree.
+pub trait Mass {
+    /// M v
+    fn times(&self, v: &Row) -> Row;
+    /// v = M⁻¹ v
+    fn divide(&self, v: &mut Row);
+    fn trace(&self) -> f64;
+    /// Lower triangle of M, with ones on the diagonal of what is not used.
+    fn matrix(&self) -> [Row; 6];
+}
+
+/// A free body in the coordinates of its mover: kg three times, and the principal moments, kg m².
+pub struct Diagonal(pub Row);
+
+impl Mass for Diagonal {
+    #[inline]
+    fn times(&self, v: &Row) -> Row {
+        std::array::from_fn(|i| self.0[i] * v[i])
+    }
+    #[inline]
+    fn divide(&self, v: &mut Row) {
+        for i in 0..6 {
+            v[i] /= self.0[i];
+        }
+    }
+    #[inline]
+    fn trace(&self) -> f64 {
+        self.0.iter().sum()
+    }
+    #[inline]
+    fn matrix(&self) -> [Row; 6] {
+        let mut h = [[0.0; 6]; 6];
+        for i in 0..6 {
+            h[i][i] = self.0[i];
+        }
+        h
+    }
+}
+
+/// A tree of n ≤ 6 dofs: M, row-major (n × n). Unknowns from n on stay zero.
+pub struct Dense<'a> {
+    pub n: usize,
+    pub qm: &'a [f64],
+}
+
+impl Mass for Dense<'_> {
+    #[inline]
+    fn times(&self, v: &Row) -> Row {
+        let mut out = [0.0; 6];
+        for (out, row) in out.iter_mut().zip(self.qm.chunks_exact(self.n)) {
+            *out = row.iter().zip(v).map(|(m, v)| m * v).sum();
+        }
+        out
+    }
+    fn divide(&self, v: &mut Row) {
+        let mut l = self.matrix();
+        factor(&mut l);
+        divide(&l, v);
+    }
+    #[inline]
+    fn trace(&self) -> f64 {
+        self.qm.iter().step_by(self.n + 1).sum()
+    }
+    #[inline]
+    fn matrix(&self) -> [Row; 6] {
+        let mut h = Diagonal([1.0; 6]).matrix();
+        for (h, row) in h.iter_mut().zip(self.qm.chunks_exact(self.n)) {
+            h[..self.n].copy_from_slice(row);
+        }
+        h
+    }
+}
+
+/// M and J of the problem.
+pub struct Lone<'a, M> {
+    pub m: M,
     /// Rows of each constraint.
     pub jac: &'a [[Row; 6]],
 }
@@ -18,26 +93,22 @@ fn dot(a: &Row, b: &Row) -> f64 {
     (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5])
 }
 
-impl Space for Free<'_> {
+impl<M: Mass> Space for Lone<'_, M> {
     type Vector = Row;
 
     #[inline]
     fn multiply_m(&self, v: &Row, out: &mut Row) {
-        for i in 0..6 {
-            out[i] = self.m[i] * v[i];
-        }
+        *out = self.m.times(v);
     }
 
     #[inline]
     fn divide_m(&self, v: &mut Row) {
-        for i in 0..6 {
-            v[i] /= self.m[i];
-        }
+        self.m.divide(v);
     }
 
     #[inline]
     fn trace_m(&self) -> f64 {
-        self.m.iter().sum()
+        self.m.trace()
     }
 
     #[inline]
@@ -65,10 +136,7 @@ impl Space for Free<'_> {
     }
 
     fn newton(&mut self, constraints: &[Constraint], g: &Row, p: &mut Row) {
-        let mut h = [[0.0; 6]; 6];
-        for i in 0..6 {
-            h[i][i] = self.m[i];
-        }
+        let mut h = self.m.matrix();
         for (c, jac) in constraints.iter().zip(self.jac) {
             let curvature = c.cone.curvature(&c.x);
             if !matches!(curvature, Curvature::Zero) {
