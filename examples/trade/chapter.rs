@@ -469,7 +469,7 @@ fn laws(chapter: &mut Chapter) -> Result<()> {
         "rolling resistance, 0.0001 m",
         "block that sticks at 20°: speed",
         "block that slides at 35°: in contact",
-        "block that slides at 35°: path",
+        "block that slides at 35°: path by steps",
         "Euler's disk: period",
         "SimBenchmark's rolling: velocity error squared",
     ] {

@@ -17,10 +17,16 @@ pub struct Complementarity {
 }
 
 impl Complementarity {
-    /// In:  `a` row-major n × n; `b` (n).
+    /// In:  `a` row-major n × n; `b` (n); `again` if `a` is that of the last call: then its factor may serve again.
     /// Out: `f` (n). Returns the number of linear systems solved.
-    pub fn solve(&mut self, a: &[f64], b: &[f64], f: &mut [f64]) -> usize {
+    pub fn solve(&mut self, a: &[f64], b: &[f64], f: &mut [f64], again: bool) -> usize {
         let n = b.len();
+        if again && self.pushes.len() == n {
+            self.substitute(b, f);
+            if (0..n).all(|i| !self.is_wrong(i, a, b, f)) {
+                return 1;
+            }
+        }
         // Mostly all push, and there are few: a loop of fixed length.
         let at_once = match n {
             1 => all_push::<1>(a, b, f),
@@ -30,6 +36,7 @@ impl Complementarity {
             _ => false,
         };
         if at_once {
+            self.pushes.clear();
             return 1;
         }
         self.pushes.clear();
@@ -81,25 +88,30 @@ impl Complementarity {
         let n = b.len();
         // A = L Lᵀ on the pushing contacts. The other rows of L are zero, so that indices need no translation.
         for i in 0..n {
-            f[i] = 0.0;
             factor[i * n + start[i]..=i * n + i].fill(0.0);
             if !pushes[i] {
                 continue;
             }
-            let mut sum = b[i];
             let mut pivot = a[i * n + i];
             for j in start[i]..i {
                 let from = start[i].max(start[j]);
-                let (own, other) = (&factor[i * n + from..i * n + j], &factor[j * n + from..j * n + j]);
-                let product: f64 = own.iter().zip(other).map(|(x, y)| x * y).sum();
-                let l = (a[i * n + j] - product) * factor[j * n + j];
+                let l = (a[i * n + j] - dot(&factor[i * n + from..i * n + j], &factor[j * n + from..j * n + j]))
+                    * factor[j * n + j];
                 factor[i * n + j] = l;
-                sum -= l * f[j];
                 pivot -= l * l;
             }
             // The diagonal holds 1/L_ii. Rounding may leave a redundant contact without a pivot: it carries nothing.
             factor[i * n + i] = if pivot > 1e-15 * a[i * n + i] { 1.0 / pivot.sqrt() } else { 0.0 };
-            f[i] = sum * factor[i * n + i];
+        }
+        self.substitute(b, f);
+    }
+
+    /// f from L Lᵀ f = b.
+    fn substitute(&self, b: &[f64], f: &mut [f64]) {
+        let Complementarity { start, factor, .. } = self;
+        let n = b.len();
+        for i in 0..n {
+            f[i] = (b[i] - dot(&factor[i * n + start[i]..i * n + i], &f[start[i]..i])) * factor[i * n + i];
         }
         for i in (0..n).rev() {
             f[i] *= factor[i * n + i];
@@ -109,6 +121,19 @@ impl Complementarity {
             }
         }
     }
+}
+
+/// a · b, summed in four columns, which fill vector registers.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sum = [0.0; 4];
+    for (a, b) in a.0.iter().zip(b.0) {
+        for i in 0..4 {
+            sum[i] += a[i] * b[i];
+        }
+    }
+    let rest: f64 = a.1.iter().zip(b.1).map(|(a, b)| a * b).sum();
+    (sum[0] + sum[2]) + (sum[1] + sum[3]) + rest
 }
 
 /// f from A f = b if all N contacts push; says whether they do.
@@ -171,7 +196,7 @@ mod tests {
                 .collect();
             let b: Vec<f64> = (0..n).map(|_| random()).collect();
             let mut f = vec![0.0; n];
-            Complementarity::default().solve(&a, &b, &mut f);
+            Complementarity::default().solve(&a, &b, &mut f, false);
             let scale = 1.0 + f.iter().fold(0.0f64, |m, x| m.max(*x));
             for i in 0..n {
                 let excess = (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>() - b[i];

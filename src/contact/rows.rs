@@ -253,6 +253,13 @@ impl Rows {
         self.along(c, k, &self.acc)
     }
 
+    /// Whether a tree feels both contacts.
+    #[inline(always)]
+    pub fn meet(&self, c: usize, e: usize) -> bool {
+        let ([a, b], [x, y]) = (self.contacts[c].parts.map(|p| p.tree), self.contacts[e].parts.map(|p| p.tree));
+        a == x || a == y || b != NONE && (b == x || b == y)
+    }
+
     /// A_kl = J_k M⁻¹ J_lᵀ between direction k of contact c and direction l of contact e; zero if no tree feels both.
     #[inline]
     pub fn compliance(&self, c: usize, k: usize, e: usize, l: usize) -> f64 {

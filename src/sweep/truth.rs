@@ -247,6 +247,14 @@ pub const ALL: &[Truth] = &[
         reduce: Reduce::Last,
     },
     Truth {
+        name: "block-path-steps",
+        quantity: "path [m]",
+        about: "x = ½ g (sin θ − μ cos θ) t (t + h), the sum of semi-implicit Euler's steps",
+        exact: |case, method| Some(0.5 * block_acceleration(case)? * case.seconds * (case.seconds + method.timestep)),
+        signal: |v| v.state.qpos[0],
+        reduce: Reduce::Last,
+    },
+    Truth {
         name: "contact-share",
         quantity: "share of the steps in contact",
         about: "what slides without being thrown stays in contact",
@@ -271,6 +279,18 @@ pub const ALL: &[Truth] = &[
         quantity: "path [m]",
         about: "x = v₀²/(2 μ g)",
         exact: |case, _| Some(v0(case)[0].powi(2) / (-2.0 * mu(case)? * g(case).z)),
+        signal: |v| v.state.qpos[0],
+        reduce: Reduce::Last,
+    },
+    Truth {
+        name: "stop-path-steps",
+        quantity: "path [m]",
+        about: "x = h n (v₀ − μ g h (n + 1)/2), n = ⌊v₀/(μ g h)⌋, the sum of semi-implicit Euler's steps",
+        exact: |case, method| {
+            let slower = -mu(case)? * g(case).z * method.timestep;
+            let n = (v0(case)[0] / slower).floor();
+            Some(method.timestep * n * (v0(case)[0] - 0.5 * slower * (n + 1.0)))
+        },
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
     },

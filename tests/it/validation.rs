@@ -39,13 +39,14 @@ fn every_closed_form_has_a_case() {
     }
 }
 
-/// Cases in which the penalty law is farther from the truth than MuJoCo is. They stay in the table.
-const MISSES: &[&str] = &[
-    "block that slides at 35°: path",
-    "block that stops: path",
-    "tall block at 26° tips",
-    "block on 15°: share of the load downhill",
-];
+/// Cases in which the penalty law is farther from the truth than MuJoCo is. They stay in the table. In each, two errors
+/// of MuJoCo's cancel in part, of which Penny has only the one that both share:
+///
+/// - Paths: semi-implicit Euler moves with the speed at the end of each step, h/2 times the change of speed too far.
+///   Against the sum of such steps (`… by steps`) the law is ten times closer than MuJoCo, whose friction is too small.
+/// - Share: the soft contacts let the block tilt by 1.3e-4 rad. MuJoCo's friction acts inside the overlap, 0.05 mm off.
+const MISSES: &[&str] =
+    &["block that slides at 35°: path", "block that stops: path", "block on 15°: share of the load downhill"];
 
 #[test]
 fn the_penalty_law_is_at_least_as_close_as_mujoco_but_for_the_known_misses() {
@@ -70,6 +71,8 @@ fn the_penalty_law_is_ten_times_closer_where_mujoco_is_wrong() {
         "rolling resistance, 0.0001 m",
         "block that slides at 35°: in contact",
         "block that slides at 35°: F_t/F_n",
+        "block that slides at 35°: path by steps",
+        "block that stops: path by steps",
         "SimBenchmark's rolling: velocity error squared",
     ] {
         let (ours, theirs) = (error(record(name), "penalty"), (record(name).mujoco - record(name).exact).abs());
@@ -77,6 +80,8 @@ fn the_penalty_law_is_ten_times_closer_where_mujoco_is_wrong() {
     }
     // A creep of 1e-3 mm/s is what the issue of a sticking box allows.
     assert!(error(record("block that sticks at 20°: speed"), "penalty") <= 1e-6);
+    // RaiSim reaches 4e-7 in its authors' benchmark.
+    assert!(error(record("SimBenchmark's rolling: velocity error squared"), "penalty") <= 4e-7);
 }
 
 #[test]

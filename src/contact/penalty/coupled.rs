@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use super::drive::{Recipes, eigenvalues, friction, inverse_mass, piece};
 use super::{Block, Blocks, Touch};
-use crate::contact::complementarity::Complementarity;
+use crate::contact::complementarity::{Complementarity, dot};
 use crate::contact::forest::Forest;
 use crate::contact::mujoco::rows::{DofRow, dry_friction, limits};
 use crate::contact::rows::{NONE, Rows};
@@ -28,6 +28,9 @@ type Six = [f64; 6];
 
 /// Turns of normals and friction per round.
 const TURNS: usize = 4;
+
+/// Times as many where a contact is new and has no friction of the last step to start from.
+const COLD: usize = 3;
 
 /// Most normals that are solved at once.
 const MOST_AT_ONCE: usize = 64;
@@ -69,6 +72,7 @@ struct Entry {
     source: Source,
     /// Number of rows.
     dim: usize,
+    velocity: Six,
     force: Six,
     /// a_ref and R of the normal.
     reference: f64,
@@ -152,10 +156,12 @@ impl Coupled {
             rows.push(model, &state.qvel, data, contact, recipe.dim, surface_points(contact, model));
             let inverse =
                 if model.opt.flags.diagexact { rows.compliance(e, 0, e, 0) } else { inverse_mass(model, contact) };
-            let (reference, softness) = recipe.normal(contact.dist, rows.velocity(e, 0), inverse);
+            let velocity: Six = std::array::from_fn(|k| if k < recipe.dim { rows.velocity(e, k) } else { 0.0 });
+            let (reference, softness) = recipe.normal(contact.dist, velocity[0], inverse);
             self.entries.push(Entry {
                 source: Source::Contact(c),
                 dim: recipe.dim,
+                velocity,
                 force: contact.force,
                 reference,
                 softness,
@@ -172,9 +178,11 @@ impl Coupled {
             let e = self.entries.len();
             self.rows.push_joint(model, &state.qvel, data, row.dof, &row.entries[..row.n]);
             let inverse = self.rows.compliance(e, 0, e, 0);
+            let velocity = self.rows.velocity(e, 0);
             self.entries.push(Entry {
                 source,
                 dim: 1,
+                velocity: [velocity, 0.0, 0.0, 0.0, 0.0, 0.0],
                 force: [0.0; 6],
                 reference: -row.constraint.bias[0],
                 softness: 1.0 / row.constraint.cone.d[0],
@@ -230,41 +238,55 @@ impl Coupled {
     fn settle(&mut self, method: &Method, island: usize) -> usize {
         let Island { members, groups } = self.islands[island].clone();
         let mut solves = 0;
-        for turn in 0..method.rounds * TURNS {
+        let (mut turn, mut turns) = (0, method.rounds * TURNS);
+        while turn < turns {
+            let mut starts = false;
+            // One group's matrix stays in the solver; several take turns there.
+            let again = turn > 0 && groups.len() == 1;
             for group in groups.clone() {
-                solves += self.solve_normals(group);
+                let (n, new) = self.solve_normals(group, again);
+                solves += n;
+                starts |= new;
+            }
+            if turn == 0 && starts {
+                turns *= COLD;
             }
             for k in members.clone() {
                 // In alternating order: otherwise the last contact would always have the last word.
                 let k = if turn % 2 == 0 { k } else { members.start + members.end - 1 - k };
                 self.slip(method, self.members[k] as usize);
             }
+            turn += 1;
         }
         solves
     }
 
-    /// Solves for the normal forces of a group, all other forces given.
-    fn solve_normals(&mut self, group: usize) -> usize {
+    /// Solves for the normal forces of a group, all other forces given. Returns the number of systems solved, and
+    /// whether a contact pushes that did not before.
+    fn solve_normals(&mut self, group: usize, again: bool) -> (usize, bool) {
         let Coupled { rows, entries, normals, groups, a, b, f, solver, .. } = self;
         let group = &groups[group];
         let normals = &normals[group.normals.clone()];
         let n = normals.len();
         let a = &a[group.at..group.at + n * n];
+        f.clear();
+        f.extend(normals.iter().map(|&e| entries[e as usize].force[0]));
         b.clear();
         for (i, &e) in normals.iter().enumerate() {
             let entry = &entries[e as usize];
             // The present forces are part of the acceleration: take them out. R is no part of it.
-            let own: f64 = normals.iter().zip(&a[i * n..]).map(|(&g, a)| a * entries[g as usize].force[0]).sum();
+            let own = dot(&a[i * n..i * n + n], f);
             b.push(entry.reference - rows.acceleration(e as usize, 0) + own - entry.softness * entry.force[0]);
         }
-        f.resize(n.max(f.len()), 0.0);
-        let solves = solver.solve(a, b, &mut f[..n]);
-        for (&e, f) in normals.iter().zip(f) {
-            let force = &mut entries[e as usize].force[0];
-            rows.push_force(e as usize, 0, *f - *force);
-            *force = *f;
+        let solves = solver.solve(a, b, f, again);
+        let mut starts = false;
+        for (&e, f) in normals.iter().zip(f.iter()) {
+            let Entry { force, dim, .. } = &mut entries[e as usize];
+            rows.push_force(e as usize, 0, *f - force[0]);
+            starts |= *dim > 1 && force[0] == 0.0 && *f > 0.0;
+            force[0] = *f;
         }
-        solves
+        (solves, starts)
     }
 
     /// Lets the friction of an entry oppose slip, the normal given. Rolling and spinning come before sliding.
@@ -300,7 +322,7 @@ impl Coupled {
             return;
         }
         let force: [f64; N] = piece(&self.entries[e].force, first);
-        let velocity = std::array::from_fn(|k| self.rows.velocity(e, first + k));
+        let velocity = piece(&self.entries[e].velocity, first);
         let acceleration = std::array::from_fn(|k| self.rows.acceleration(e, first + k));
         let next = friction::<N>(method, normal, per_limit, stiff, force, velocity, acceleration);
         for k in 0..N {
@@ -315,7 +337,7 @@ fn add_matrix(rows: &Rows, entries: &[Entry], group: &[u32], a: &mut Vec<f64>) {
     let (at, n) = (a.len(), group.len());
     a.resize(at + n * n, 0.0);
     for (i, &e) in group.iter().enumerate() {
-        for (j, &g) in group[..i].iter().enumerate() {
+        for (j, &g) in group[..i].iter().enumerate().filter(|(_, g)| rows.meet(e as usize, **g as usize)) {
             let x = rows.compliance(e as usize, 0, g as usize, 0);
             a[at + i * n + j] = x;
             a[at + j * n + i] = x;

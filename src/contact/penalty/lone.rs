@@ -30,6 +30,10 @@ use crate::model::Model;
 /// Most contacts of a lone body; more are solved as coupled ones.
 pub const MOST: usize = 8;
 
+/// Rounds for a body some of whose contacts are new, and have no friction of the last step to start from: with one,
+/// a block let go on a slope of 35° rocks for 20 ms, and slides 5 mm too far in a second.
+const COLD_ROUNDS: usize = 8;
+
 type Three = [f64; 3];
 
 /// What the contacts of one body have in common.
@@ -80,15 +84,20 @@ impl Task<'_> {
         // The last step's friction acts from the start.
         points.push_friction::<DIM>(&body, &mut acc);
         let mut solves = 0;
-        for round in 0..self.method.rounds {
+        let (mut round, mut rounds) = (0, self.method.rounds);
+        while round < rounds {
             if round > 0 {
                 points.push_normals(&body, -1.0, &mut acc);
             }
             solves += points.solve_normals(&body, &acc, solver);
             points.push_normals(&body, 1.0, &mut acc);
+            if round == 0 && DIM > 1 && points.any_starts() {
+                rounds *= COLD_ROUNDS;
+            }
             for i in 0..points.n {
                 points.slip::<DIM>(i, self.method, self.recipe, &body, &mut acc);
             }
+            round += 1;
         }
         for (i, touch) in self.touches.iter().enumerate().take(L) {
             contacts[touch.contact as usize].force = std::array::from_fn(|k| points.force[k][i]);
@@ -125,6 +134,8 @@ struct Motion {
 /// The contacts.
 struct Points<const L: usize> {
     n: usize,
+    /// Those that did not push in the last step.
+    new: [bool; L],
     /// r, m.
     arm: [[f64; L]; 3],
     velocity: [[f64; L]; 3],
@@ -172,6 +183,7 @@ impl<const L: usize> Points<L> {
     fn empty() -> Points<L> {
         Points {
             n: 0,
+            new: [false; L],
             arm: [[0.0; L]; 3],
             velocity: [[0.0; L]; 3],
             force: [[0.0; L]; 6],
@@ -192,6 +204,7 @@ impl<const L: usize> Points<L> {
             // The body's own surface lies half the penetration beyond the contact point, along the normal.
             let arm = body.frame * (contact.pos - body.com);
             (p.arm[0][i], p.arm[1][i], p.arm[2][i]) = (arm.x + 0.5 * contact.dist, arm.y, arm.z);
+            p.new[i] = contact.force[0] == 0.0;
             for k in 1..DIM {
                 p.force[k][i] = contact.force[k];
             }
@@ -256,7 +269,13 @@ impl<const L: usize> Points<L> {
         if all_push::<L>(a.as_flattened(), &b, &mut self.force[0]) {
             return 1;
         }
-        solver.solve(a.as_flattened(), &b, &mut self.force[0])
+        solver.solve(a.as_flattened(), &b, &mut self.force[0], false)
+    }
+
+    /// Whether any contact pushes that did not in the last step.
+    #[inline(always)]
+    fn any_starts(&self) -> bool {
+        (0..L).any(|i| self.new[i] && self.force[0][i] > 0.0)
     }
 
     /// Lets the normal forces act, times `sign`.

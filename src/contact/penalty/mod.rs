@@ -143,43 +143,48 @@ impl Block {
 
 impl Blocks {
     fn sort(&mut self, model: &Model, recipes: &drive::Recipes, contacts: &[Contact]) {
-        let Blocks { touches, all, of_tree } = self;
-        touches.clear();
+        self.touches.clear();
+        let mut sorted = true;
         let (mut bodies, mut trees) = ([NONE; 2], 0);
         for (i, c) in (0..).zip(contacts) {
             if bodies != c.body {
                 bodies = c.body;
                 let [a, b] = bodies.map(|b| model.bodies[b as usize].tree.map_or(NONE, |t| t as u32));
-                trees = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+                let next = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+                sorted &= trees <= next;
+                trees = next;
             }
             // Found but not yet within the margin: no force.
             if c.dist < recipes.of(c).margin {
-                touches.push(Touch { trees, contact: i });
+                self.touches.push(Touch { trees, contact: i });
             }
         }
-        if !touches.is_sorted_by_key(|t| t.trees) {
-            touches.sort_unstable();
+        if !sorted {
+            self.touches.sort_unstable();
         }
-        all.clear();
-        of_tree.clear();
-        of_tree.resize(model.trees.len(), 0);
+        self.all.clear();
+        self.of_tree.clear();
+        self.of_tree.resize(model.trees.len(), 0);
         let mut start = 0;
-        for block in touches.chunk_by(|a, b| a.trees == b.trees) {
-            let end = start + block.len() as u32;
-            let trees = [(block[0].trees >> 32) as u32, block[0].trees as u32];
+        while let Some(first) = self.touches.get(start) {
+            let mut end = start + 1;
+            let mut same = true;
+            let contact = &contacts[first.contact as usize];
+            while let Some(next) = self.touches.get(end).filter(|t| t.trees == first.trees) {
+                same &= alike(contact, &contacts[next.contact as usize]);
+                end += 1;
+            }
+            let trees = [(first.trees >> 32) as u32, first.trees as u32];
             for t in trees.into_iter().filter(|&t| t != NONE) {
-                of_tree[t as usize] += 1;
+                self.of_tree[t as usize] += 1;
             }
             let free = trees[1] == NONE && model.trees[trees[0] as usize].free.is_some();
-            let first = &contacts[block[0].contact as usize];
-            let lone = free
-                && block.len() <= lone::MOST
-                && block[1..].iter().all(|t| alike(first, &contacts[t.contact as usize]));
-            all.push(Block { start, end, trees, lone });
+            let lone = free && same && end - start <= lone::MOST;
+            self.all.push(Block { start: start as u32, end: end as u32, trees, lone });
             start = end;
         }
-        for block in all {
-            block.lone &= of_tree[block.trees[0] as usize] == 1;
+        for block in &mut self.all {
+            block.lone &= self.of_tree[block.trees[0] as usize] == 1;
         }
     }
 }
