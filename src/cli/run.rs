@@ -125,6 +125,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String {
     let mut rows: Vec<[String; 2]> = requirements(model);
     rows.push(["contact law".into(), format!("{}: {}", method.contact.name, method.contact.about)]);
+    if !method.contact.joints && model.plan.limits + model.plan.frictionloss > 0 {
+        rows.push([
+            String::new(),
+            "it has no joint limits and no dry friction of joints: those of the scene do nothing".into(),
+        ]);
+    }
     rows.push(["integrator".into(), format!("{}: {}", method.integrator.name, method.integrator.about)]);
     let touches = explain::touches(model, method);
     for line in super::explain::springs(model, method, &touches).into_iter().take(4) {

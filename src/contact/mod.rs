@@ -21,6 +21,8 @@ pub struct Law {
     pub name: &'static str,
     /// One line for `--help`, plots and docs.
     pub about: &'static str,
+    /// Whether it also enforces joint limits and dry friction of joints.
+    pub joints: bool,
     /// Reads `data.contacts`, `data.movers`, `data.qacc_smooth`; writes `data.qacc`, `data.qfrc_constraint` and
     /// the forces in `data.contacts`.
     pub solve: fn(&Model, &Method, &State, &mut Data),

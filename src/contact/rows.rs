@@ -69,6 +69,10 @@ fn dot(a: &Six, b: &Six) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
 }
 
+fn dots(a: &[Six], b: &[Six]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
+}
+
 impl Part {
     #[inline(always)]
     fn row(&self, k: usize) -> Range<usize> {
@@ -230,25 +234,28 @@ impl Rows {
     }
 
     /// J_k · x of contact `c`, with `x` the velocity or acceleration of the trees.
-    #[inline]
+    #[inline(always)]
     fn along(&self, c: usize, k: usize, x: &[Six]) -> f64 {
         let mut sum = 0.0;
         for part in &self.contacts[c].parts {
-            for (j, x) in self.jac[part.row(k)].iter().zip(&x[part.tree_sixes()]) {
-                sum += dot(j, x);
+            match part.len {
+                0 => {}
+                // A free body: the common case, without a loop.
+                1 => sum += dot(&self.jac[part.start as usize + k], &x[part.at as usize]),
+                _ => sum += dots(&self.jac[part.row(k)], &x[part.tree_sixes()]),
             }
         }
         sum
     }
 
     /// Velocity along direction k of contact c.
-    #[inline]
+    #[inline(always)]
     pub fn velocity(&self, c: usize, k: usize) -> f64 {
         self.along(c, k, &self.vel)
     }
 
     /// Acceleration along direction k of contact c, with the forces pushed so far.
-    #[inline]
+    #[inline(always)]
     pub fn acceleration(&self, c: usize, k: usize) -> f64 {
         self.along(c, k, &self.acc)
     }
@@ -261,13 +268,15 @@ impl Rows {
     }
 
     /// A_kl = J_k M⁻¹ J_lᵀ between direction k of contact c and direction l of contact e; zero if no tree feels both.
-    #[inline]
+    #[inline(always)]
     pub fn compliance(&self, c: usize, k: usize, e: usize, l: usize) -> f64 {
         let mut sum = 0.0;
         for a in &self.contacts[c].parts {
             for b in self.contacts[e].parts.iter().filter(|b| b.tree == a.tree) {
-                for (j, m) in self.jac[a.row(k)].iter().zip(&self.mjac[b.row(l)]) {
-                    sum += dot(j, m);
+                match a.len {
+                    0 => {}
+                    1 => sum += dot(&self.jac[a.start as usize + k], &self.mjac[b.start as usize + l]),
+                    _ => sum += dots(&self.jac[a.row(k)], &self.mjac[b.row(l)]),
                 }
             }
         }
@@ -275,7 +284,7 @@ impl Rows {
     }
 
     /// Adds a force along direction k of contact c: acc += M⁻¹ J_kᵀ f.
-    #[inline]
+    #[inline(always)]
     pub fn push_force(&mut self, c: usize, k: usize, force: f64) {
         for part in &self.contacts[c].parts {
             for (m, a) in self.mjac[part.row(k)].iter().zip(&mut self.acc[part.tree_sixes()]) {

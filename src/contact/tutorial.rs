@@ -15,6 +15,8 @@
 //! The force acts at the moving body's own surface, as in the course (r = R(θ) c for a corner, [0, −R] for the
 //! circle); between two moving bodies it acts midway, so that action equals reaction.
 //!
+//! The course has no joints, so the law has neither their limits nor their dry friction.
+//!
 //! Source: C. Xing, Physics Simulation Tutorial (2025), Algorithms 1–4. Algorithm 1 as printed lets the damper
 //! act without contact too; like the course's other algorithms, Penny applies it in contact only.
 
@@ -26,8 +28,12 @@ use crate::forward::Method;
 use crate::model::{Mix, Model};
 use crate::state::State;
 
-pub static LAW: Law =
-    Law { name: "tutorial", about: "the course's penalty law: k d + c max(0, -v), tanh friction", solve };
+pub static LAW: Law = Law {
+    name: "tutorial",
+    about: "the course's penalty law: k d + c max(0, -v), tanh friction",
+    joints: false,
+    solve,
+};
 
 /// Steepness of the friction law where the scene gives no `penny.alpha`, s/m: full friction from about 2 cm/s on.
 pub const DEFAULT_ALPHA: f64 = 100.0;

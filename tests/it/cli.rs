@@ -121,6 +121,17 @@ fn keyframes_are_applied_only_where_named() {
 }
 
 #[test]
+fn a_law_that_leaves_something_of_the_scene_out_says_so() {
+    let path = scene(
+        "limited.xml",
+        r#"<mujoco><worldbody><body><joint range="-30 30"/><geom type="capsule" fromto="0 0 0 .5 0 0" size=".05"/></body></worldbody></mujoco>"#,
+    );
+    let run = |law: &str| says(&[path.to_str().expect("utf-8"), "--contact", law, "--steps", "1"], 0);
+    assert_has(&run("tutorial"), &["no joint limits"]);
+    assert!(!run("penalty").contains("no joint limits"));
+}
+
+#[test]
 fn wrong_usage_is_explained_and_exits_with_2() {
     assert_has(&says(&[], 2), &["penny SCENE.xml", "check", "explain", "compare", "bench"]);
     assert_has(&says(&["models/disk.xml", "--contact", "penality"], 2), &["penality", "tutorial", "penalty"]);

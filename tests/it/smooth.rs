@@ -12,7 +12,8 @@ use penny::state::State;
 use serde_json::Value;
 
 /// Scenes here touch nothing: this law must never be asked.
-const NO_LAW: Law = Law { name: "none", about: "", solve: |_, _, _, _| panic!("a contact law ran without contacts") };
+const NO_LAW: Law =
+    Law { name: "none", about: "", joints: true, solve: |_, _, _, _| panic!("a contact law ran without contacts") };
 
 fn model(xml: &str) -> Model {
     match penny::parse("test.xml", xml) {

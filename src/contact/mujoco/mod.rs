@@ -36,6 +36,7 @@ use solver::{Constraint, Outcome, Stop, Vectors};
 pub static LAW: Law = Law {
     name: "mujoco",
     about: "MuJoCo's soft constraints: the same forces as MuJoCo to rounding, by Newton's method on a convex problem",
+    joints: true,
     solve,
 };
 

@@ -45,6 +45,7 @@ use crate::state::{State, Warm};
 pub static LAW: Law = Law {
     name: "penalty",
     about: "spring-dampers from solref and solimp, normals solved together, Coulomb friction",
+    joints: true,
     solve,
 };
 
