@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::draw::{Floor, Thing};
 use super::project::Eye;
-use super::raster::{HalfSpace, V3};
+use super::raster::{HalfSpace, V3, larger};
 use super::shadow::Shadow;
 
 /// Two directions of a plane, as the picture's coordinates (x, y) see them.
@@ -325,12 +325,6 @@ fn clip(within: Range<usize>, a: f32, b: f32) -> Range<usize> {
     } else {
         start..start
     }
-}
-
-/// Maximum without regard to NaN: one instruction.
-#[inline]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }
 
 /// How strong lines at every whole number are where a pixel is `width` wide: they fade out where they would fall into

@@ -116,22 +116,36 @@ impl Band {
             let pixels = first..first + len;
             let depths = &mut self.inverse_depth[pixels.clone()];
             let ids = &mut self.id[pixels];
+            // Without branches, so that the compiler does all samples of a pixel at once.
             for (k, (depth, id)) in depths.iter_mut().zip(ids).enumerate() {
                 let k = (skip + k) as f32;
                 let e = [0, 1, 2].map(|i| start.edge[i] + k * setup.edge[i][0]);
                 let w = start.inverse_depth + k * setup.inverse_depth[0];
+                let (old, mut nearest, mut seen) = (*depth, [0.0; SAMPLES], *id);
                 for s in 0..SAMPLES {
-                    let inside = (e[0] + setup.lane[0][s] >= 0.0)
-                        & (e[1] + setup.lane[1][s] >= 0.0)
-                        & (e[2] + setup.lane[2][s] >= 0.0);
-                    let w = w + setup.lane[3][s];
-                    let wins = inside & (w > depth[s]);
-                    depth[s] = if wins { w } else { depth[s] };
-                    id[s] = if wins { t.id } else { id[s] };
+                    let inside = [0, 1, 2].map(|i| e[i] + setup.lane[i][s]);
+                    let inside = smaller(smaller(inside[0], inside[1]), inside[2]) >= 0.0;
+                    nearest[s] = larger(old[s], if inside { w + setup.lane[3][s] } else { 0.0 });
                 }
+                for s in 0..SAMPLES {
+                    seen[s] = if nearest[s] > old[s] { t.id } else { seen[s] };
+                }
+                (*depth, *id) = (nearest, seen);
             }
         }
     }
+}
+
+/// Minimum without regard to NaN: one instruction.
+#[inline]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// Maximum without regard to NaN: one instruction.
+#[inline]
+pub fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 /// A triangle's three edge functions and its 1/depth, each with gradient, and their changes to each sample.

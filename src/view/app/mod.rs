@@ -72,7 +72,6 @@ impl App {
         if self.panel {
             egui::Panel::right("panel").exact_size(panel::WIDTH).resizable(false).show(ui, |ui| panel::show(self, ui));
             egui::Panel::bottom("plots")
-                .frame(plots::frame(ui))
                 .exact_size(plots::HEIGHT)
                 .resizable(false)
                 .show(ui, |ui| plots::show(self, ui));

@@ -15,11 +15,6 @@ const COLORS: [egui::Color32; 3] = [
 /// Time that a plot shows, s.
 const SPAN: f64 = 6.0;
 
-/// The plots' background, once for all of them.
-pub fn frame(ui: &egui::Ui) -> egui::Frame {
-    egui::Frame::side_top_panel(ui.style()).fill(ui.visuals().extreme_bg_color)
-}
-
 pub fn show(app: &mut App, ui: &mut egui::Ui) {
     ui.columns(2, |columns| {
         for (slot, ui) in columns.iter_mut().enumerate() {

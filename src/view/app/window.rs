@@ -109,8 +109,13 @@ fn reason(why: &str) -> &str {
     why.split(" matching the template: ").next().unwrap_or(why)
 }
 
+/// What is behind everything. Panels leave it as it is: to fill half of the window again costs a software renderer as
+/// much as the picture in the other half.
+const PAPER: egui::Color32 = egui::Color32::WHITE;
+
 pub fn theme(ctx: &egui::Context) {
     ctx.set_theme(egui::Theme::Light);
+    ctx.style_mut_of(egui::Theme::Light, |style| style.visuals.panel_fill = egui::Color32::TRANSPARENT);
 }
 
 impl Window {
@@ -213,6 +218,10 @@ impl Window {
 }
 
 impl eframe::App for Window {
+    fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
+        PAPER.to_normalized_gamma_f32()
+    }
+
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let (now, elapsed) = ui.input(|i| (i.time, f64::from(i.unstable_dt)));
         self.look(now);
