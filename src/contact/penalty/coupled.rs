@@ -72,7 +72,8 @@ struct Entry {
     source: Source,
     /// Number of rows.
     dim: usize,
-    velocity: Six,
+    /// Velocity/h of the friction rows.
+    drift: Six,
     force: Six,
     /// a_ref and R of the normal.
     reference: f64,
@@ -114,7 +115,7 @@ impl Coupled {
         self.rows.begin(model);
         self.entries.clear();
         for block in blocks.all.iter().filter(|b| !b.lone) {
-            self.add_contacts(model, state, recipes, blocks, block, data);
+            self.add_contacts(model, method, state, recipes, blocks, block, data);
         }
         self.add_joints(model, method, state, data);
         data.counts.rows += self.entries.iter().map(|e| e.dim).sum::<usize>();
@@ -142,6 +143,7 @@ impl Coupled {
     fn add_contacts(
         &mut self,
         model: &Model,
+        method: &Method,
         state: &State,
         recipes: &Recipes,
         blocks: &Blocks,
@@ -156,12 +158,12 @@ impl Coupled {
             rows.push(model, &state.qvel, data, contact, recipe.dim, surface_points(contact, model));
             let inverse =
                 if model.opt.flags.diagexact { rows.compliance(e, 0, e, 0) } else { inverse_mass(model, contact) };
-            let velocity: Six = std::array::from_fn(|k| if k < recipe.dim { rows.velocity(e, k) } else { 0.0 });
-            let (reference, softness) = recipe.normal(contact.dist, velocity[0], inverse);
+            let drift = |k| if k < recipe.dim { rows.velocity(e, k) / method.timestep } else { 0.0 };
+            let (reference, softness) = recipe.normal(contact.dist, rows.velocity(e, 0), inverse);
             self.entries.push(Entry {
                 source: Source::Contact(c),
                 dim: recipe.dim,
-                velocity,
+                drift: std::array::from_fn(drift),
                 force: contact.force,
                 reference,
                 softness,
@@ -182,7 +184,7 @@ impl Coupled {
             self.entries.push(Entry {
                 source,
                 dim: 1,
-                velocity: [velocity, 0.0, 0.0, 0.0, 0.0, 0.0],
+                drift: [velocity / method.timestep, 0.0, 0.0, 0.0, 0.0, 0.0],
                 force: [0.0; 6],
                 reference: -row.constraint.bias[0],
                 softness: 1.0 / row.constraint.cone.d[0],
@@ -322,9 +324,9 @@ impl Coupled {
             return;
         }
         let force: [f64; N] = piece(&self.entries[e].force, first);
-        let velocity = piece(&self.entries[e].velocity, first);
+        let drift = piece(&self.entries[e].drift, first);
         let acceleration = std::array::from_fn(|k| self.rows.acceleration(e, first + k));
-        let next = friction::<N>(method, normal, per_limit, stiff, force, velocity, acceleration);
+        let next = friction::<N>(method, normal, per_limit, stiff, force, drift, acceleration);
         for k in 0..N {
             self.rows.push_force(e, first + k, next[k] - force[k]);
             self.entries[e].force[first + k] = next[k];

@@ -81,7 +81,8 @@ pub fn inverse_mass(model: &Model, contact: &Contact) -> f64 {
 /// The next force of one piece of friction; see the law's description.
 ///
 /// In: `normal` force; `per_limit` of the piece's rows, normal force per largest force; `stiff` = 1/λ, the inverse of
-///     the largest eigenvalue of their block of A (kg or kg m²); `force`, `velocity` and `acceleration` along them.
+///     the largest eigenvalue of their block of A (kg or kg m²); `force` and `acceleration` along them, and `drift` =
+///     v_t/h, the acceleration that the slip of now amounts to in one step.
 #[inline(always)]
 pub fn friction<const N: usize>(
     method: &Method,
@@ -89,14 +90,13 @@ pub fn friction<const N: usize>(
     per_limit: [f64; N],
     stiff: f64,
     force: [f64; N],
-    velocity: [f64; N],
+    drift: [f64; N],
     acceleration: [f64; N],
 ) -> [f64; N] {
-    let gain = stiff / method.timestep;
     let next: [f64; N] = if method.integrator.implicit {
-        velocity.map(|v| -v * gain / IMPLICIT_SLIP)
+        drift.map(|d| -d * stiff / IMPLICIT_SLIP)
     } else {
-        std::array::from_fn(|k| force[k] - velocity[k] * gain - acceleration[k] * stiff)
+        std::array::from_fn(|k| force[k] - (drift[k] + acceleration[k]) * stiff)
     };
     // Inside the ellipse with half-axes limit · normal, or on it.
     let share2: f64 = (0..N).map(|k| (next[k] * per_limit[k]) * (next[k] * per_limit[k])).sum();

@@ -76,7 +76,7 @@ impl Task<'_> {
         contacts: &mut [Contact],
         solver: &mut Complementarity,
     ) -> (Vec6, usize) {
-        let body = Body::new::<DIM>(self.model, self.mover, &contacts[self.touches[0].contact as usize]);
+        let body = Body::new::<DIM>(self.model, self.method, self.mover, &contacts[self.touches[0].contact as usize]);
         let smooth = body.motion(&self.mover.acc);
         let mut acc = smooth;
         let mut points = Points::<L>::empty();
@@ -120,6 +120,8 @@ struct Body {
     /// W
     w: [Three; 3],
     velocity: Motion,
+    /// Angular velocity per timestep, rad/s².
+    drift: Three,
     /// 1/λ of spinning and of rolling, kg m².
     stiff: [f64; 2],
 }
@@ -138,7 +140,9 @@ struct Points<const L: usize> {
     new: [bool; L],
     /// r, m.
     arm: [[f64; L]; 3],
-    velocity: [[f64; L]; 3],
+    /// Velocity along the normal, m/s; and along s and t, per timestep: m/s².
+    approach: [f64; L],
+    drift: [[f64; L]; 2],
     force: [[f64; L]; 6],
     /// W (r × n), W (r × s), W (r × t): angular acceleration per force.
     turn: [[[f64; L]; 3]; 3],
@@ -150,7 +154,7 @@ struct Points<const L: usize> {
 }
 
 impl Body {
-    fn new<const DIM: usize>(model: &Model, mover: &Mover, contact: &Contact) -> Body {
+    fn new<const DIM: usize>(model: &Model, method: &Method, mover: &Mover, contact: &Contact) -> Body {
         let sign = if model.bodies[contact.body[1] as usize].tree.is_some() { 1.0 } else { -1.0 };
         // A frictionless contact comes without tangents, which tilting needs nevertheless.
         let frame = if DIM > 1 { contact.frame } else { frame(&contact.frame.row(0).transpose(), &Vec3::zeros()) };
@@ -166,8 +170,12 @@ impl Body {
         let w = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
         let velocity = Motion { linear: [0.0; 3], angular: [0.0; 3] };
         let (com, inverse_mass) = (mover.com, mover.minv[0]);
-        let mut body = Body { com, frame, axes, inverse_mass, w, velocity, stiff: [spinning, rolling] };
+        let (drift, stiff) = ([0.0; 3], [spinning, rolling]);
+        let mut body = Body { com, frame, axes, inverse_mass, w, velocity, drift, stiff };
         body.velocity = body.motion(&mover.vel);
+        if DIM >= 4 {
+            body.drift = body.velocity.angular.map(|w| w / method.timestep);
+        }
         body
     }
 
@@ -185,7 +193,8 @@ impl<const L: usize> Points<L> {
             n: 0,
             new: [false; L],
             arm: [[0.0; L]; 3],
-            velocity: [[0.0; L]; 3],
+            approach: [0.0; L],
+            drift: [[0.0; L]; 2],
             force: [[0.0; L]; 6],
             turn: [[[0.0; L]; 3]; 3],
             reference: [0.0; L],
@@ -220,8 +229,9 @@ impl<const L: usize> Points<L> {
             let (s, t) = (lane(&p.turn[1], i), lane(&p.turn[2], i));
             let off = x * t[2] - z * t[0];
             p.stiff[i] = 1.0 / largest_eigenvalue(m + x * s[2] - z * s[0], m + y * t[0] - x * t[1], off);
-            let velocity = body.velocity.at([x, y, z]);
-            (p.velocity[0][i], p.velocity[1][i], p.velocity[2][i]) = (velocity[0], velocity[1], velocity[2]);
+            let [n, s, t] = body.velocity.at([x, y, z]);
+            p.approach[i] = n;
+            (p.drift[0][i], p.drift[1][i]) = (s / task.method.timestep, t / task.method.timestep);
         }
         let exact = task.model.opt.flags.diagexact;
         let (mut geom, mut inverse) = ([u32::MAX; 2], 0.0);
@@ -232,7 +242,7 @@ impl<const L: usize> Points<L> {
             } else if geom != contact.geom {
                 (geom, inverse) = (contact.geom, inverse_mass(task.model, contact));
             }
-            (p.reference[i], p.softness[i]) = task.recipe.normal(contact.dist, p.velocity[0][i], inverse);
+            (p.reference[i], p.softness[i]) = task.recipe.normal(contact.dist, p.approach[i], inverse);
         }
     }
 
@@ -308,21 +318,21 @@ impl<const L: usize> Points<L> {
     /// word.
     #[inline(always)]
     fn slip<const DIM: usize>(&mut self, i: usize, method: &Method, recipe: &Recipe, body: &Body, acc: &mut Motion) {
-        let (turning, turn) = (&body.velocity.angular, &acc.angular);
+        let (drift, turn) = (&body.drift, &acc.angular);
         if DIM >= 6 {
-            let (velocity, along) = ([turning[1], turning[2]], [turn[1], turn[2]]);
-            let [f, g] = self.change::<2, 4>(i, method, recipe, body.stiff[1], velocity, along);
+            let along = [turn[1], turn[2]];
+            let [f, g] = self.change::<2, 4>(i, method, recipe, body.stiff[1], [drift[1], drift[2]], along);
             acc.turn(f, body.w[1]);
             acc.turn(g, body.w[2]);
         }
         if DIM >= 4 {
-            let [f] = self.change::<1, 3>(i, method, recipe, body.stiff[0], [turning[0]], [acc.angular[0]]);
+            let [f] = self.change::<1, 3>(i, method, recipe, body.stiff[0], [drift[0]], [acc.angular[0]]);
             acc.turn(f, body.w[0]);
         }
         if DIM >= 3 {
             let [_, along_s, along_t] = acc.at(lane(&self.arm, i));
-            let velocity = [self.velocity[1][i], self.velocity[2][i]];
-            let [f, g] = self.change::<2, 1>(i, method, recipe, self.stiff[i], velocity, [along_s, along_t]);
+            let drift = [self.drift[0][i], self.drift[1][i]];
+            let [f, g] = self.change::<2, 1>(i, method, recipe, self.stiff[i], drift, [along_s, along_t]);
             acc.linear[1] += f * body.inverse_mass;
             acc.linear[2] += g * body.inverse_mass;
             acc.turn(f, lane(&self.turn[1], i));
@@ -330,7 +340,7 @@ impl<const L: usize> Points<L> {
         }
     }
 
-    /// Sets the friction of the N rows from FIRST on, `velocity` and `along` being theirs. Returns its change.
+    /// Sets the friction of the N rows from FIRST on, `drift` and `along` being theirs. Returns its change.
     #[inline(always)]
     fn change<const N: usize, const FIRST: usize>(
         &mut self,
@@ -338,12 +348,12 @@ impl<const L: usize> Points<L> {
         method: &Method,
         recipe: &Recipe,
         stiff: f64,
-        velocity: [f64; N],
+        drift: [f64; N],
         along: [f64; N],
     ) -> [f64; N] {
         let force: [f64; N] = std::array::from_fn(|k| self.force[FIRST + k][i]);
         let per_limit = std::array::from_fn(|k| recipe.per_limit[FIRST - 1 + k]);
-        let next = friction::<N>(method, self.force[0][i], per_limit, stiff, force, velocity, along);
+        let next = friction::<N>(method, self.force[0][i], per_limit, stiff, force, drift, along);
         for k in 0..N {
             self.force[FIRST + k][i] = next[k];
         }

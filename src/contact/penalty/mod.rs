@@ -39,7 +39,7 @@ use super::complementarity::Complementarity;
 use crate::data::{Contact, Data};
 use crate::dynamics::free;
 use crate::forward::Method;
-use crate::model::Model;
+use crate::model::{GeomKind, Model};
 use crate::state::{State, Warm};
 
 pub static LAW: Law = Law {
@@ -64,7 +64,6 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     recipes.refresh(model, method.timestep);
     recall(&state.warm, contacts);
     blocks.sort(model, recipes, contacts);
-    qacc.copy_from_slice(&data.qacc_smooth);
     data.qfrc_constraint.fill(0.0);
 
     let mut coupled = plan.joint_rows();
@@ -172,7 +171,7 @@ impl Blocks {
             let mut same = true;
             let contact = &contacts[first.contact as usize];
             while let Some(next) = self.touches.get(end).filter(|t| t.trees == first.trees) {
-                same &= alike(contact, &contacts[next.contact as usize]);
+                same &= alike(model, contact, &contacts[next.contact as usize]);
                 end += 1;
             }
             let trees = [(first.trees >> 32) as u32, first.trees as u32];
@@ -190,9 +189,8 @@ impl Blocks {
     }
 }
 
-/// Whether two contacts of a body share their mix and their frame.
-fn alike(a: &Contact, b: &Contact) -> bool {
-    let pairs = a.frame.as_slice().iter().zip(b.frame.as_slice());
-    // All nine are compared, whatever comes out: faster than stopping early at what hardly happens.
-    a.mix == b.mix && pairs.fold(true, |same, (x, y)| same & (x == y))
+/// Whether two contacts of a body share their mix and their frame. Those with one plane do.
+fn alike(model: &Model, a: &Contact, b: &Contact) -> bool {
+    let plane = |c: &Contact| model.geoms[c.geom[0] as usize].kind == GeomKind::Plane;
+    a.geom == b.geom && plane(a) || a.mix == b.mix && a.frame == b.frame
 }
