@@ -196,12 +196,19 @@ mod tests {
                 .collect();
             let b: Vec<f64> = (0..n).map(|_| random()).collect();
             let mut f = vec![0.0; n];
-            Complementarity::default().solve(&a, &b, &mut f, false);
-            let scale = 1.0 + f.iter().fold(0.0f64, |m, x| m.max(*x));
-            for i in 0..n {
-                let excess = (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>() - b[i];
-                assert!(f[i] >= 0.0 && excess > -1e-6 * scale, "case {case}: f {f:?} excess {excess}");
-                assert!((f[i] * excess).abs() < 1e-6 * scale * scale, "case {case}: f {f:?} excess {excess}");
+            let mut solver = Complementarity::default();
+            // Then with the same matrix: a little beside, where the factor serves again, and far off.
+            let beside = b.iter().map(|b| b * 1.01).collect();
+            let far = b.iter().map(|b| 0.5 - b).collect();
+            for (turn, b) in [b, beside, far].into_iter().enumerate() {
+                solver.solve(&a, &b, &mut f, turn > 0);
+                let scale = 1.0 + f.iter().fold(0.0f64, |m, x| m.max(*x));
+                for i in 0..n {
+                    let excess = (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>() - b[i];
+                    let place = format!("case {case} turn {turn}: f {f:?} excess {excess}");
+                    assert!(f[i] >= 0.0 && excess > -1e-6 * scale, "{place}");
+                    assert!((f[i] * excess).abs() < 1e-6 * scale * scale, "{place}");
+                }
             }
         }
     }
