@@ -1,9 +1,11 @@
 //! What one constraint costs: s(x), its force −∂s/∂x and its curvature ∂²s/∂x².
 //!
 //! `x = J a − a_ref` is how far a constraint's accelerations are from what it wants. For a contact its components
-//! are normal, two tangential, torsional, two rolling, as many as `dim` says, under either kind of cone: the edges
-//! of a pyramid are combined here, not stored as rows. (Fewer rows, and where friction is tiny and the edges are
-//! all but parallel, as in the tutorial's disk, no digits are lost in their differences.)
+//! are normal, two tangential, torsional, two rolling, as many as `dim` says, under either kind of cone. A pyramid's
+//! cost is a sum over its edges n ± μⱼtⱼ. Its rows of J stay those of the components: fewer, and where friction is
+//! tiny and the edges are all but parallel, as in the tutorial's disk, no digits are lost in their differences. But
+//! its x is kept edge by edge ([`Spread`]): on an edge that pushes it is R f, 4e-10 m/s² in the disk, and the sum of
+//! two components of 1e2 m/s² would leave four digits of it.
 //!
 //! Source: MuJoCo 4.0 manual, Computation › Constraint model and Solver › Primal problem; the elliptic cost from
 //! minimising over the cone in closed form.
@@ -36,6 +38,9 @@ pub struct Cone {
     pub mu: [f64; 6],
 }
 
+/// x, or its change, as s(x) takes it: component by component; of a pyramid edge by edge, n + μ₁t₁, n − μ₁t₁, n + μ₂t₂ …
+pub type Spread = [f64; 10];
+
 /// Which piece of s(x) a point is in: the same number means the same formula.
 pub type Zone = u16;
 
@@ -53,49 +58,70 @@ pub enum Curvature {
 }
 
 impl Curvature {
-    /// out = C J, for `rows` J of fixed length.
+    /// Row k of C J, for rows J of fixed length; `None` where the row of C is zero, as for friction that does not push.
     #[inline]
-    pub fn times<const N: usize>(&self, rows: &[[f64; N]], out: &mut [[f64; N]]) {
-        let add = |out: &mut [f64; N], factor: f64, row: &[f64; N]| {
+    pub fn times<const N: usize>(&self, k: usize, rows: &[[f64; N]]) -> Option<[f64; N]> {
+        if let Curvature::Diagonal(d) | Curvature::Arrow(d, _) = self
+            && d[k] == 0.0
+        {
+            return None;
+        }
+        let mut out = [0.0; N];
+        let mut add = |factor: f64, row: &[f64; N]| {
             for i in 0..N {
                 out[i] += factor * row[i];
             }
         };
-        for (k, out) in out.iter_mut().enumerate().take(rows.len()) {
-            *out = [0.0; N];
-            match self {
-                Curvature::Zero => {}
-                Curvature::Diagonal(d) => add(out, d[k], &rows[k]),
-                Curvature::Arrow(d, first) => {
-                    add(out, d[k], &rows[k]);
-                    if k > 0 {
-                        add(out, first[k], &rows[0]);
-                    } else {
-                        (1..rows.len()).for_each(|j| add(out, first[j], &rows[j]));
-                    }
+        match self {
+            Curvature::Zero => return None,
+            Curvature::Diagonal(d) => add(d[k], &rows[k]),
+            Curvature::Arrow(d, first) => {
+                add(d[k], &rows[k]);
+                if k > 0 {
+                    add(first[k], &rows[0]);
+                } else {
+                    (1..rows.len()).filter(|&j| first[j] != 0.0).for_each(|j| add(first[j], &rows[j]));
                 }
-                Curvature::Full(full) => (0..rows.len()).for_each(|j| add(out, full[k][j], &rows[j])),
             }
+            Curvature::Full(full) => (0..rows.len()).for_each(|j| add(full[k][j], &rows[j])),
         }
+        Some(out)
     }
 
     /// C, written out.
     pub fn matrix(&self) -> [[f64; 6]; 6] {
         let mut unit = [[0.0; 6]; 6];
         (0..6).for_each(|i| unit[i][i] = 1.0);
-        let mut out = [[0.0; 6]; 6];
-        self.times(&unit, &mut out);
-        out
+        std::array::from_fn(|k| self.times(k, &unit).unwrap_or_default())
     }
 }
 
 impl Cone {
-    /// Cost s(x), and the force f = −∂s/∂x.
+    /// How many numbers of a [`Spread`] count.
+    #[inline]
+    pub fn width(&self) -> usize {
+        if self.kind == Kind::Pyramid { 2 * (self.dim - 1) } else { self.dim }
+    }
+
+    /// x, or a change of x, from its components; what does not count is left as it is.
+    #[inline]
+    pub fn spread(&self, x: &[f64; 6], out: &mut Spread) {
+        if self.kind == Kind::Pyramid {
+            for j in 1..self.dim {
+                let slip = self.mu[j] * x[j];
+                (out[2 * j - 2], out[2 * j - 1]) = (x[0] + slip, x[0] - slip);
+            }
+        } else {
+            out[..6].copy_from_slice(x);
+        }
+    }
+
+    /// Cost s(x), and the force f = −∂s/∂x on the components.
     ///
     /// In:  `x` in m/s² and rad/s².
     /// Out: cost; `force` in N and N m; the zone of `x`.
     #[inline]
-    pub fn cost(&self, x: &[f64; 6], force: &mut [f64; 6]) -> (f64, Zone) {
+    pub fn cost(&self, x: &Spread, force: &mut [f64; 6]) -> (f64, Zone) {
         match self.kind {
             Kind::OneSided => {
                 let x = x[0].min(0.0);
@@ -118,24 +144,24 @@ impl Cone {
     }
 
     #[inline]
-    fn cost_of_pyramid(&self, x: &[f64; 6], force: &mut [f64; 6]) -> (f64, Zone) {
+    fn cost_of_pyramid(&self, x: &Spread, force: &mut [f64; 6]) -> (f64, Zone) {
         let d = self.d[0];
-        let (mut cost, mut normal, mut zone) = (0.0, 0.0, 0);
-        for j in 1..self.dim {
-            let slip = self.mu[j] * x[j];
-            let (plus, minus) = (x[0] + slip, x[0] - slip);
-            zone |= (Zone::from(plus < 0.0) << (2 * j)) | (Zone::from(minus < 0.0) << (2 * j + 1));
-            let (plus, minus) = (plus.min(0.0), minus.min(0.0));
-            cost += plus * plus + minus * minus;
-            normal += plus + minus;
-            force[j] = -d * self.mu[j] * (plus - minus);
+        let (mut cost, mut normal, mut zone) = ([0.0; 2], [0.0; 2], 0);
+        for (pair, j) in x.as_chunks::<2>().0.iter().zip(1..self.dim) {
+            zone = (zone << 2) | (Zone::from(pair[0] < 0.0) << 1) | Zone::from(pair[1] < 0.0);
+            let pair = pair.map(|x| x.min(0.0));
+            for k in 0..2 {
+                cost[k] += pair[k] * pair[k];
+                normal[k] += pair[k];
+            }
+            force[j] = -d * self.mu[j] * (pair[0] - pair[1]);
         }
-        force[0] = -d * normal;
-        (0.5 * d * cost, zone)
+        force[0] = -d * (normal[0] + normal[1]);
+        (0.5 * d * (cost[0] + cost[1]), zone)
     }
 
     #[inline]
-    fn cost_of_ellipse(&self, x: &[f64; 6], force: &mut [f64; 6]) -> (f64, Zone) {
+    fn cost_of_ellipse(&self, x: &Spread, force: &mut [f64; 6]) -> (f64, Zone) {
         let (zone, n, t) = self.zone_of_ellipse(x);
         match zone {
             OUTSIDE => {
@@ -165,7 +191,7 @@ impl Cone {
 
     /// The zone, N and T of a point under an elliptic cone.
     #[inline]
-    fn zone_of_ellipse(&self, x: &[f64; 6]) -> (Zone, f64, f64) {
+    fn zone_of_ellipse(&self, x: &Spread) -> (Zone, f64, f64) {
         let mu = self.mu[0];
         let n = mu * x[0];
         let mut squares = 0.0;
@@ -199,7 +225,7 @@ impl Cone {
 
     /// First and second derivative of s(x + α y) with respect to α.
     #[inline]
-    pub fn along(&self, x: &[f64; 6], y: &[f64; 6], alpha: f64) -> (f64, f64) {
+    pub fn along(&self, x: &Spread, y: &Spread, alpha: f64) -> (f64, f64) {
         let d = self.d[0];
         match self.kind {
             Kind::OneSided => {
@@ -212,26 +238,24 @@ impl Cone {
                 if f.abs() < loss { (f * y[0], d * y[0] * y[0]) } else { (f.clamp(-loss, loss) * y[0], 0.0) }
             }
             Kind::Pyramid => {
-                let z = x[0] + alpha * y[0];
-                let (mut first, mut second) = (0.0, 0.0);
-                for j in 1..self.dim {
-                    let slip = self.mu[j] * (x[j] + alpha * y[j]);
-                    let turn = self.mu[j] * y[j];
-                    for (edge, rate) in [(z + slip, y[0] + turn), (z - slip, y[0] - turn)] {
-                        if edge < 0.0 {
-                            first += edge * rate;
-                            second += rate * rate;
-                        }
+                let (mut first, mut second) = ([0.0; 2], [0.0; 2]);
+                let pairs = x.as_chunks::<2>().0.iter().zip(y.as_chunks::<2>().0);
+                for (x, y) in pairs.take(self.dim - 1) {
+                    for k in 0..2 {
+                        let z = x[k] + alpha * y[k];
+                        let pushed = if z < 0.0 { y[k] } else { 0.0 };
+                        first[k] += z * pushed;
+                        second[k] += y[k] * pushed;
                     }
                 }
-                (d * first, d * second)
+                (d * (first[0] + first[1]), d * (second[0] + second[1]))
             }
             Kind::Ellipse => self.along_ellipse(x, y, alpha),
         }
     }
 
-    fn along_ellipse(&self, x: &[f64; 6], y: &[f64; 6], alpha: f64) -> (f64, f64) {
-        let mut z = [0.0; 6];
+    fn along_ellipse(&self, x: &Spread, y: &Spread, alpha: f64) -> (f64, f64) {
+        let mut z = [0.0; 10];
         for j in 0..self.dim {
             z[j] = x[j] + alpha * y[j];
         }
@@ -262,9 +286,9 @@ impl Cone {
         (first, second)
     }
 
-    /// Second derivatives of s at `x`.
+    /// Second derivatives of s at `x`, between its components.
     #[inline]
-    pub fn curvature(&self, x: &[f64; 6]) -> Curvature {
+    pub fn curvature(&self, x: &Spread) -> Curvature {
         let d = self.d[0];
         match self.kind {
             Kind::OneSided if x[0] < 0.0 => Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0]),
@@ -276,19 +300,17 @@ impl Cone {
     }
 
     #[inline]
-    fn curvature_of_pyramid(&self, x: &[f64; 6]) -> Curvature {
+    fn curvature_of_pyramid(&self, x: &Spread) -> Curvature {
         let d = self.d[0];
         // How many edges push, and per friction direction the sum and the difference of its two edges.
         let mut diagonal = [0.0; 6];
         let mut arrow = [0.0; 6];
         let mut skew = false;
         for j in 1..self.dim {
-            let slip = self.mu[j] * x[j];
-            let plus = f64::from(u8::from(x[0] + slip < 0.0));
-            let minus = f64::from(u8::from(x[0] - slip < 0.0));
-            diagonal[0] += d * (plus + minus);
-            diagonal[j] = d * self.mu[j] * self.mu[j] * (plus + minus);
-            arrow[j] = d * self.mu[j] * (plus - minus);
+            let [plus, minus] = [x[2 * j - 2], x[2 * j - 1]].map(|x| if x < 0.0 { d } else { 0.0 });
+            diagonal[0] += plus + minus;
+            diagonal[j] = self.mu[j] * self.mu[j] * (plus + minus);
+            arrow[j] = self.mu[j] * (plus - minus);
             skew |= plus != minus;
         }
         if diagonal[0] == 0.0 {
@@ -300,7 +322,7 @@ impl Cone {
         Curvature::Arrow(diagonal, arrow)
     }
 
-    fn curvature_of_ellipse(&self, x: &[f64; 6]) -> Curvature {
+    fn curvature_of_ellipse(&self, x: &Spread) -> Curvature {
         let (zone, n, t) = self.zone_of_ellipse(x);
         match zone {
             OUTSIDE => Curvature::Zero,
@@ -365,9 +387,15 @@ mod tests {
         cases
     }
 
+    fn spread(cone: &Cone, x: &[f64; 6]) -> Spread {
+        let mut out = [0.0; 10];
+        cone.spread(x, &mut out);
+        out
+    }
+
     fn cost(cone: &Cone, x: &[f64; 6]) -> (f64, [f64; 6]) {
         let mut force = [0.0; 6];
-        let (s, _) = cone.cost(x, &mut force);
+        let (s, _) = cone.cost(&spread(cone, x), &mut force);
         (s, force)
     }
 
@@ -375,7 +403,7 @@ mod tests {
     fn force_is_minus_the_gradient_and_curvature_its_derivative() {
         let h = 1e-5; // truncation h² ~ 1e-10, rounding 1e-16/h ~ 1e-11
         for (cone, x) in cases() {
-            let full = cone.curvature(&x).matrix();
+            let full = cone.curvature(&spread(&cone, &x)).matrix();
             let (_, force) = cost(&cone, &x);
             for j in 0..cone.dim {
                 let (mut up, mut down) = (x, x);
@@ -396,11 +424,11 @@ mod tests {
         let y = [0.3, -0.4, 0.8, 0.6, -0.2, 1.1];
         for (cone, x) in cases() {
             for alpha in [0.0, 0.4] {
-                let (first, second) = cone.along(&x, &y, alpha);
+                let (first, second) = cone.along(&spread(&cone, &x), &spread(&cone, &y), alpha);
                 let h = 1e-5; // as above
                 let at = |a: f64| cost(&cone, &std::array::from_fn(|j| x[j] + a * y[j])).0;
                 assert!((first - (at(alpha + h) - at(alpha - h)) / (2.0 * h)).abs() < 1e-8, "{cone:?} {x:?}");
-                let slope = |a: f64| cone.along(&x, &y, a).0;
+                let slope = |a: f64| cone.along(&spread(&cone, &x), &spread(&cone, &y), a).0;
                 assert!((second - (slope(alpha + h) - slope(alpha - h)) / (2.0 * h)).abs() < 1e-7, "{cone:?} {x:?}");
             }
         }
@@ -428,7 +456,7 @@ mod tests {
         let (cone, _) = cases().into_iter().find(|(c, _)| c.kind == Kind::Ellipse).unwrap();
         let mut f = [0.0; 6];
         for (x, zone) in [([1.0, 0.0, 0.0], OUTSIDE), ([-1.0, 0.0, 0.0], INSIDE), ([0.0, 1.0, 0.0], BETWEEN)] {
-            assert_eq!(cone.cost(&[x[0], x[1], x[2], 0.0, 0.0, 0.0], &mut f).1, zone);
+            assert_eq!(cone.cost(&spread(&cone, &[x[0], x[1], x[2], 0.0, 0.0, 0.0]), &mut f).1, zone);
         }
     }
 }

@@ -2,6 +2,7 @@
 //! contacts; a pyramid's edges one by one. To look at and to compare, not on the way of a step.
 
 use super::cone::Kind;
+use super::solver::Stop;
 use super::{Scratch, force_from_mover, rows};
 use crate::data::Data;
 use crate::forward::Method;
@@ -42,21 +43,22 @@ pub fn list(model: &Model, method: &Method, state: &State, data: &Data) -> Vec<R
         }
     }
     island.start(model, data, &data.qacc);
-    island.evaluate_at_start(model, data);
+    // The forces of stiff edges cannot be had from qacc alone, they would drown in its last digits: from there on, Newton.
+    island.solve(model, data, &Stop { warm: true, ..super::stop(model) });
     let mut list = Vec::new();
     for (i, c) in island.constraints.iter().enumerate() {
         let jac: Vec<Vec<f64>> = (0..c.cone.dim).map(|k| qvel_row(model, data, &island.split_row(i, k))).collect();
         // e₀ times the first component plus e₁ times the j-th.
-        let edge = |j: usize, slope: f64| Row {
+        let edge = |j: usize, slope: f64, x: f64| Row {
             jac: jac[0].iter().zip(&jac[j]).map(|(n, t)| n + slope * t).collect(),
             r: 1.0 / c.cone.d[0],
             aref: -(c.bias[0] + slope * c.bias[j]),
-            force: -c.cone.d[0] * (c.x[0] + slope * c.x[j]).min(0.0),
+            force: -c.cone.d[0] * x.min(0.0),
         };
         match c.cone.kind {
             Kind::Pyramid => {
                 for j in 1..c.cone.dim {
-                    list.extend([edge(j, c.cone.mu[j]), edge(j, -c.cone.mu[j])]);
+                    list.extend([edge(j, c.cone.mu[j], c.x[2 * j - 2]), edge(j, -c.cone.mu[j], c.x[2 * j - 1])]);
                 }
             }
             _ => list.extend((0..c.cone.dim).map(|k| Row {

@@ -6,7 +6,7 @@
 use super::blocks::Blocks;
 use super::cone::Curvature;
 use super::rows::{self, DofRow, Recipe};
-use super::solver::{Constraint, Into, Space, Vectors};
+use super::solver::{self, Constraint, Into, Outcome, Space, Stop, Vectors};
 use crate::data::{Contact, Data};
 use crate::dynamics;
 use crate::math::Vec6;
@@ -218,13 +218,10 @@ impl Island {
         self.constraints.push(row.constraint);
     }
 
-    /// Evaluates all constraints at the start of the vectors.
-    pub fn evaluate_at_start(&mut self, model: &Model, data: &Data) {
-        let (problem, vectors, constraints) = self.problem(model, data);
-        problem.multiply_j(&vectors.a, Into::X, constraints);
-        for c in constraints {
-            c.cone.cost(&c.x, &mut c.force);
-        }
+    /// Minimises the cost from the start of the vectors.
+    pub fn solve(&mut self, model: &Model, data: &Data, stop: &Stop) -> Outcome {
+        let (mut problem, vectors, constraints) = self.problem(model, data);
+        solver::minimise(&mut problem, vectors, constraints, stop)
     }
 
     /// Row k of constraint i, as parts: tree and numbers.
@@ -304,7 +301,7 @@ pub struct Problem<'a> {
 
 impl Island {
     /// Splits into the problem, its vectors and its constraints.
-    pub fn problem<'a>(
+    fn problem<'a>(
         &'a mut self,
         model: &'a Model,
         data: &'a Data,
@@ -358,16 +355,13 @@ impl Space for Problem<'_> {
 
     fn multiply_j(&self, v: &Vec<f64>, into: Into, constraints: &mut [Constraint]) {
         for (c, parts) in constraints.iter_mut().zip(&*self.parts) {
-            for k in 0..c.cone.dim {
-                let mut sum = 0.0;
+            let mut product = [0.0; 6];
+            for (k, sum) in product.iter_mut().enumerate().take(c.cone.dim) {
                 for part in &parts.parts[..parts.count] {
-                    sum += dot(&self.jac[part.start + k * part.n..][..part.n], &v[part.at..][..part.n]);
-                }
-                match into {
-                    Into::X => c.x[k] = sum + c.bias[k],
-                    Into::Y => c.y[k] = sum,
+                    *sum += dot(&self.jac[part.start + k * part.n..][..part.n], &v[part.at..][..part.n]);
                 }
             }
+            c.set(into, product);
         }
     }
 
@@ -458,7 +452,10 @@ fn multiply_curvature(curvature: &Curvature, jac: &[f64], dim: usize, n: usize, 
     out.clear();
     out.resize(dim * n, 0.0);
     if n == 6 {
-        curvature.times(jac.as_chunks::<6>().0, out.as_chunks_mut::<6>().0);
+        let jac = jac.as_chunks::<6>().0;
+        for (k, out) in out.as_chunks_mut::<6>().0.iter_mut().enumerate() {
+            *out = curvature.times(k, jac).unwrap_or_default();
+        }
         return;
     }
     let full = curvature.matrix();

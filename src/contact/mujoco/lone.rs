@@ -114,13 +114,11 @@ impl<M: Mass> Space for Lone<'_, M> {
     #[inline]
     fn multiply_j(&self, v: &Row, into: Into, constraints: &mut [Constraint]) {
         for (c, jac) in constraints.iter_mut().zip(self.jac) {
+            let mut product = [0.0; 6];
             for k in 0..c.cone.dim {
-                let product = dot(&jac[k], v);
-                match into {
-                    Into::X => c.x[k] = product + c.bias[k],
-                    Into::Y => c.y[k] = product,
-                }
+                product[k] = dot(&jac[k], v);
             }
+            c.set(into, product);
         }
     }
 
@@ -154,9 +152,8 @@ impl<M: Mass> Space for Lone<'_, M> {
 /// H += Jᵀ C J. Of H only the lower triangle counts; rows are added in pairs of numbers, as the machine does.
 #[inline]
 fn add_curvature(curvature: &Curvature, jac: &[Row], h: &mut [Row; 6]) {
-    let mut product = [[0.0; 6]; 6];
-    curvature.times(jac, &mut product);
-    for (row, product) in jac.iter().zip(&product) {
+    for (k, row) in jac.iter().enumerate() {
+        let Some(product) = curvature.times(k, jac) else { continue };
         for i in 0..6 {
             for j in 0..(i | 1) + 1 {
                 h[i][j] += row[i] * product[j];

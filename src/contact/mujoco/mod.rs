@@ -4,10 +4,7 @@
 //! accelerations that cost least. Bodies that do not influence one another are solved apart: a small tree, such as a
 //! free body, that touches only what never moves in [`lone`], all others as an [`island`].
 //!
-//! With `tolerance` 0 accelerations are MuJoCo's to rounding, and so are the forces. An exception: the softness of the
-//! tutorial's disk is R = 2e-12, so that H has a condition number near 1e12, and Newton's steps end where their promise
-//! drowns in rounding. The sum of the disk's contact forces is right by then, the share of each of its two contacts to
-//! 1.2e-4 only. (MuJoCo's shares are right to 1e-14, as rational arithmetic on its own rows shows.)
+//! With `tolerance` 0 accelerations and the forces of each contact are MuJoCo's to rounding.
 //!
 //! Source: MuJoCo 4.0 manual, Computation › Constraint model and Constraint solver; formulas re-checked against
 //! 4.0.0 by running it.
@@ -309,8 +306,7 @@ impl Scratch {
             island.add_contact(model, data, &state.qvel, contact, &self.recipes[contact.mix as usize], units);
         }
         island.start(model, data, &state.qacc_warmstart);
-        let (mut problem, vectors, constraints) = island.problem(model, data);
-        let outcome = solver::minimise(&mut problem, vectors, constraints, &stop(model));
+        let outcome = island.solve(model, data, &stop(model));
         for u in &island.units {
             let tree = &model.trees[u.tree];
             let (a, pull) = (&island.vectors.a[u.at..][..u.n], &island.vectors.pull[u.at..][..u.n]);

@@ -7,7 +7,7 @@
 //!
 //! Source: MuJoCo 4.0 manual, Computation › Solver › Primal problem, Algorithms.
 
-use super::cone::{Cone, Zone};
+use super::cone::{Cone, Spread, Zone};
 
 /// One cone of constraint: a contact, a joint limit, or the dry friction of a degree of freedom.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,11 +16,25 @@ pub struct Constraint {
     /// −a_ref: x = J a + bias.
     pub bias: [f64; 6],
     /// J a − a_ref at the current a, and its change J p along the search direction.
-    pub x: [f64; 6],
-    pub y: [f64; 6],
+    pub x: Spread,
+    pub y: Spread,
     /// −∂s/∂x at `x`: N, N m.
     pub force: [f64; 6],
     pub zone: Zone,
+}
+
+impl Constraint {
+    /// Takes J v into x or y.
+    #[inline]
+    pub fn set(&mut self, into: Into, mut product: [f64; 6]) {
+        match into {
+            Into::X => {
+                (0..self.cone.dim).for_each(|k| product[k] += self.bias[k]);
+                self.cone.spread(&product, &mut self.x);
+            }
+            Into::Y => self.cone.spread(&product, &mut self.y),
+        }
+    }
 }
 
 /// Which of a constraint's vectors a product with J goes to.
@@ -109,7 +123,7 @@ fn evaluate<S: Space>(space: &S, a: &S::Vector, constraints: &mut [Constraint]) 
 #[inline]
 fn evaluate_further(alpha: f64, constraints: &mut [Constraint]) -> Point {
     for c in constraints.iter_mut() {
-        for k in 0..c.cone.dim {
+        for k in 0..c.cone.width() {
             c.x[k] += alpha * c.y[k];
         }
     }
@@ -250,11 +264,6 @@ fn take_back<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Con
     space.multiply_m(&v.p, &mut v.mp);
     let linear = dot(v.p.as_ref(), v.pull.as_ref());
     let square = dot(v.p.as_ref(), v.mp.as_ref());
-    let near = |slope: f64| slope.abs() <= LINE_SEARCH_TOLERANCE * promise;
-    let pushed: f64 = constraints.iter().map(|c| dot(&c.force[..c.cone.dim], &c.y[..c.cone.dim])).sum();
-    if near(linear + square - pushed) {
-        return None;
-    }
     // φ' and φ'', counted from the full step.
     let slope = |alpha: f64| {
         let (mut first, mut second) = (linear + alpha * square, square);
@@ -268,7 +277,7 @@ fn take_back<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Con
     let (mut low, mut high, mut alpha) = (0.0, f64::INFINITY, 1.0);
     for _ in 0..MAX_LINE_SEARCH {
         let (first, second) = slope(alpha);
-        if near(first) {
+        if first.abs() <= LINE_SEARCH_TOLERANCE * promise {
             break;
         }
         if first < 0.0 {
@@ -281,6 +290,9 @@ fn take_back<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Con
         if !(low < alpha && alpha < high) {
             break;
         }
+    }
+    if alpha == 1.0 {
+        return None;
     }
     for (a, p) in v.a.as_mut().iter_mut().zip(v.p.as_ref()) {
         *a += (alpha - 1.0) * p;

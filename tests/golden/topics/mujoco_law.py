@@ -78,8 +78,8 @@ def scenes():
     for a, b in [("sphere", "sphere"), ("sphere", "capsule"), ("sphere", "cylinder"), ("sphere", "box"), ("capsule", "capsule"), ("box", "capsule"), ("box", "box")]:
         out.append(dict(name=f"{b} on {a}", seconds=1, xml=scene(pair_of(shapes[b], shapes[a])), rows=2, until=.1 if b == "cylinder" else 1))
     out += [
-        dict(name="disk pyramidal", seconds=3, xml=DISK.format(cone="pyramidal", z=1), qvel=[2, 0, 0, 0, 10, 0], tolerance=1e-8),
-        dict(name="disk elliptic", seconds=3, xml=DISK.format(cone="elliptic", z=1), qvel=[2, 0, 0, 0, 10, 0]),
+        dict(name="disk pyramidal", seconds=3, xml=DISK.format(cone="pyramidal", z=1), rows=4, qvel=[2, 0, 0, 0, 10, 0], tolerance=1e-8),
+        dict(name="disk elliptic", seconds=3, xml=DISK.format(cone="elliptic", z=1), rows=4, qvel=[2, 0, 0, 0, 10, 0]),
         dict(name="off-centre mass and welded child", seconds=2, xml=scene(
             f'<body pos="0 0 .4" euler="10 20 30"><freejoint/>{geom("box", ".1 .1 .1")}<body pos=".15 0 .1" euler="0 30 0">{geom("sphere", ".08")}</body></body>'), qvel=SPIN, rows=3),
         dict(name="mixed parameters", seconds=2, xml=scene(
