@@ -81,3 +81,39 @@ pub fn vec3(s: &[f64]) -> Vec3 {
 pub fn cross(v: &Vec3) -> Mat3 {
     Mat3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }
+/// H = L D Lᵀ of a symmetric positive definite H, of which only the lower triangle counts: L below the diagonal (on it
+/// are ones), 1/D on it.
+#[inline]
+pub fn factor_ldl(h: &mut [[f64; 6]; 6]) {
+    for j in 0..6 {
+        let inverse = 1.0 / h[j][j];
+        for i in j + 1..6 {
+            let l = h[i][j] * inverse;
+            for k in j + 1..=i {
+                h[i][k] -= l * h[k][j];
+            }
+        }
+        for i in j + 1..6 {
+            h[i][j] *= inverse;
+        }
+        h[j][j] = inverse;
+    }
+}
+
+/// x = (L D Lᵀ)⁻¹ x
+#[inline]
+pub fn divide_ldl(l: &[[f64; 6]; 6], x: &mut [f64; 6]) {
+    for j in 0..6 {
+        for i in j + 1..6 {
+            x[i] -= l[i][j] * x[j];
+        }
+    }
+    for i in 0..6 {
+        x[i] *= l[i][i];
+    }
+    for j in (0..6).rev() {
+        for i in 0..j {
+            x[i] -= l[j][i] * x[j];
+        }
+    }
+}

@@ -1,7 +1,70 @@
 //! Normal forces of several contacts at once.
 
-/// Finds the forces f ≥ 0 with A f ≥ b and fᵀ(A f − b) = 0, for a symmetric positive definite A: every contact
-/// either pushes and reaches its reference acceleration, or does not push and exceeds it.
+use crate::contact::rows::Six;
+use crate::math::{divide_ldl, factor_ldl};
+
+/// A: how the contacts' accelerations answer to their forces, 1/kg; symmetric and positive definite.
+#[derive(Clone, Copy, Debug)]
+pub enum Matrix<'a> {
+    /// Row-major n × n.
+    Dense(&'a [f64]),
+    Star(Star<'a>),
+}
+
+/// Contacts that feel each other through one body only, as those of a tray feel the balls on it:
+///
+///     A = D + U M⁻¹ Uᵀ,     (A⁻¹ b)ᵢ = (bᵢ − uᵢ y)/Dᵢ  with  (M + Σ uᵢᵀuᵢ/Dᵢ) y = Σ uᵢᵀ bᵢ/Dᵢ
+///
+/// Work grows with n where that of a dense matrix grows with n³ (Woodbury's formula).
+#[derive(Clone, Copy, Debug)]
+pub struct Star<'a> {
+    pub spokes: &'a [Spoke],
+    /// M⁻¹ of the body, diagonal: 1/kg, 1/(kg m²).
+    pub minv: Six,
+}
+
+/// One contact of a star.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spoke {
+    /// Row of the body's Jacobian.
+    pub u: Six,
+    /// D and 1/D, where D is the rest of A: the other body's share and the softness.
+    pub own: f64,
+    pub inverse: f64,
+}
+
+impl Matrix<'_> {
+    /// out = A f
+    pub fn times(&self, f: &[f64], out: &mut [f64]) {
+        match self {
+            Matrix::Dense(a) => {
+                for (out, row) in out.iter_mut().zip(a.chunks_exact(f.len())) {
+                    *out = dot(row, f);
+                }
+            }
+            Matrix::Star(star) => {
+                let hub = star.answer(f);
+                for ((out, spoke), f) in out.iter_mut().zip(star.spokes).zip(f) {
+                    *out = along(&spoke.u, &hub) + spoke.own * f;
+                }
+            }
+        }
+    }
+}
+
+impl Star<'_> {
+    /// Acceleration of the body under the forces f: M⁻¹ Uᵀ f.
+    fn answer(&self, f: &[f64]) -> Six {
+        let mut sum = [0.0; 6];
+        for (spoke, f) in self.spokes.iter().zip(f) {
+            (0..6).for_each(|k| sum[k] += spoke.u[k] * f);
+        }
+        std::array::from_fn(|k| sum[k] * self.minv[k])
+    }
+}
+
+/// Finds the forces f ≥ 0 with A f ≥ b and fᵀ(A f − b) = 0: every contact either pushes and reaches its reference
+/// acceleration, or does not push and exceeds it.
 ///
 /// Block principal pivoting: guess which contacts push, solve for them by Cholesky, then move every contact
 /// whose force is negative, or whose acceleration is too small, to the other side. If the number of wrong
@@ -11,28 +74,31 @@
 #[derive(Clone, Debug, Default)]
 pub struct Complementarity {
     pushes: Vec<bool>,
-    /// First column of each row of A that is not zero: nothing to the left of it fills in.
+    wrong: Vec<bool>,
+    /// First column of each row of a dense A that is not zero: nothing to the left of it fills in.
     start: Vec<usize>,
     factor: Vec<f64>,
+    /// Factor of M + Σ uᵢᵀuᵢ/Dᵢ of a star.
+    hub: [Six; 6],
 }
 
 impl Complementarity {
-    /// In:  `a` row-major n × n; `b` (n); `again` if `a` is that of the last call: then its factor may serve again.
+    /// In:  `b` (n); `again` if `a` is that of the last call: then its factor may serve again.
     /// Out: `f` (n). Returns the number of linear systems solved.
-    pub fn solve(&mut self, a: &[f64], b: &[f64], f: &mut [f64], again: bool) -> usize {
+    pub fn solve(&mut self, a: Matrix, b: &[f64], f: &mut [f64], again: bool) -> usize {
         let n = b.len();
         if again && self.pushes.len() == n {
-            self.substitute(b, f);
-            if (0..n).all(|i| !self.is_wrong(i, a, b, f)) {
+            self.substitute(a, b, f);
+            if self.find_wrong(a, b, f) == 0 {
                 return 1;
             }
         }
         // Mostly all push, and there are few: a loop of fixed length.
-        let at_once = match n {
-            1 => all_push::<1>(a, b, f),
-            2 => all_push::<2>(a, b, f),
-            3 => all_push::<3>(a, b, f),
-            4 => all_push::<4>(a, b, f),
+        let at_once = match (a, n) {
+            (Matrix::Dense(a), 1) => all_push::<1>(a, b, f),
+            (Matrix::Dense(a), 2) => all_push::<2>(a, b, f),
+            (Matrix::Dense(a), 3) => all_push::<3>(a, b, f),
+            (Matrix::Dense(a), 4) => all_push::<4>(a, b, f),
             _ => false,
         };
         if at_once {
@@ -41,15 +107,21 @@ impl Complementarity {
         }
         self.pushes.clear();
         self.pushes.resize(n, true);
-        self.factor.resize(n * n, 0.0);
-        self.start.clear();
-        self.start.extend((0..n).map(|i| a[i * n..i * n + i].iter().position(|x| *x != 0.0).unwrap_or(i)));
+        if let Matrix::Dense(a) = a {
+            self.factor.resize(n * n, 0.0);
+            self.start.clear();
+            self.start.extend((0..n).map(|i| a[i * n..i * n + i].iter().position(|x| *x != 0.0).unwrap_or(i)));
+        }
         let (mut fewest, mut patience) = (n + 1, 3);
         let mut solves = 0;
         loop {
-            self.solve_pushing(a, b, f);
+            match a {
+                Matrix::Dense(a) => self.factor_dense(a),
+                Matrix::Star(star) => self.factor_star(star),
+            }
+            self.substitute(a, b, f);
             solves += 1;
-            let count = (0..n).filter(|&i| self.is_wrong(i, a, b, f)).count();
+            let count = self.find_wrong(a, b, f);
             if count == 0 || solves > 50 * n {
                 f.iter_mut().for_each(|f| *f = f.max(0.0));
                 return solves;
@@ -61,32 +133,41 @@ impl Complementarity {
                 patience -= 1;
                 patience >= 0
             };
-            // Moving a contact does not change whether another one is wrong: that depends on f alone.
-            for i in (0..n).rev() {
-                if self.is_wrong(i, a, b, f) {
-                    self.pushes[i] ^= true;
-                    if !all {
-                        break;
-                    }
+            for (pushes, _) in self.pushes.iter_mut().zip(&self.wrong).rev().filter(|(_, wrong)| **wrong) {
+                *pushes ^= true;
+                if !all {
+                    break;
                 }
             }
         }
     }
 
-    fn is_wrong(&self, i: usize, a: &[f64], b: &[f64], f: &[f64]) -> bool {
-        if self.pushes[i] {
-            return f[i] < 0.0;
-        }
-        let reached: f64 = a[i * b.len()..].iter().zip(f).map(|(a, f)| a * f).sum();
-        // A contact that rests exactly at its reference may stay on either side.
-        reached < b[i] - 1e-14 * b[i].abs()
+    /// Finds the contacts that are on the wrong side, and how many they are.
+    fn find_wrong(&mut self, a: Matrix, b: &[f64], f: &[f64]) -> usize {
+        let n = b.len();
+        let hub = match a {
+            Matrix::Dense(_) => [0.0; 6],
+            Matrix::Star(star) => star.answer(f),
+        };
+        self.wrong.clear();
+        self.wrong.extend(self.pushes.iter().enumerate().map(|(i, pushes)| {
+            if *pushes {
+                return f[i] < 0.0;
+            }
+            let reached = match a {
+                Matrix::Dense(a) => dot(&a[i * n..i * n + n], f),
+                Matrix::Star(star) => along(&star.spokes[i].u, &hub),
+            };
+            // A contact that rests exactly at its reference may stay on either side.
+            reached < b[i] - 1e-14 * b[i].abs()
+        }));
+        self.wrong.iter().filter(|wrong| **wrong).count()
     }
 
-    /// f of the contacts that push, from A f = b restricted to them; zero for the others.
-    fn solve_pushing(&mut self, a: &[f64], b: &[f64], f: &mut [f64]) {
-        let Complementarity { pushes, start, factor } = self;
-        let n = b.len();
-        // A = L Lᵀ on the pushing contacts. The other rows of L are zero, so that indices need no translation.
+    /// A = L Lᵀ on the pushing contacts. The other rows of L are zero, so that indices need no translation.
+    fn factor_dense(&mut self, a: &[f64]) {
+        let Complementarity { pushes, start, factor, .. } = self;
+        let n = pushes.len();
         for i in 0..n {
             factor[i * n + start[i]..=i * n + i].fill(0.0);
             if !pushes[i] {
@@ -103,13 +184,39 @@ impl Complementarity {
             // The diagonal holds 1/L_ii. Rounding may leave a redundant contact without a pivot: it carries nothing.
             factor[i * n + i] = if pivot > 1e-15 * a[i * n + i] { 1.0 / pivot.sqrt() } else { 0.0 };
         }
-        self.substitute(b, f);
     }
 
-    /// f from L Lᵀ f = b.
-    fn substitute(&self, b: &[f64], f: &mut [f64]) {
-        let Complementarity { start, factor, .. } = self;
+    /// M + Σ uᵢᵀuᵢ/Dᵢ over the pushing contacts.
+    fn factor_star(&mut self, star: Star) {
+        self.hub = [[0.0; 6]; 6];
+        for k in 0..6 {
+            self.hub[k][k] = 1.0 / star.minv[k];
+        }
+        for (spoke, _) in star.spokes.iter().zip(&self.pushes).filter(|(_, pushes)| **pushes) {
+            for (row, u) in self.hub.iter_mut().zip(&spoke.u) {
+                let scaled = u * spoke.inverse;
+                (0..6).for_each(|k| row[k] += scaled * spoke.u[k]);
+            }
+        }
+        factor_ldl(&mut self.hub);
+    }
+
+    /// f of the contacts that push, from A f = b restricted to them; zero for the others.
+    fn substitute(&self, a: Matrix, b: &[f64], f: &mut [f64]) {
+        let Complementarity { pushes, start, factor, hub, .. } = self;
         let n = b.len();
+        if let Matrix::Star(star) = a {
+            let mut y = [0.0; 6];
+            for (i, spoke) in star.spokes.iter().enumerate() {
+                f[i] = if pushes[i] { b[i] * spoke.inverse } else { 0.0 };
+                (0..6).for_each(|k| y[k] += spoke.u[k] * f[i]);
+            }
+            divide_ldl(hub, &mut y);
+            for (i, spoke) in star.spokes.iter().enumerate().filter(|(i, _)| pushes[*i]) {
+                f[i] -= along(&spoke.u, &y) * spoke.inverse;
+            }
+            return;
+        }
         for i in 0..n {
             f[i] = (b[i] - dot(&factor[i * n + start[i]..i * n + i], &f[start[i]..i])) * factor[i * n + i];
         }
@@ -121,6 +228,10 @@ impl Complementarity {
             }
         }
     }
+}
+
+fn along(a: &Six, b: &Six) -> f64 {
+    (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
 }
 
 /// a · b, summed in four columns, which fill vector registers.
@@ -201,7 +312,7 @@ mod tests {
             let beside = b.iter().map(|b| b * 1.01).collect();
             let far = b.iter().map(|b| 0.5 - b).collect();
             for (turn, b) in [b, beside, far].into_iter().enumerate() {
-                solver.solve(&a, &b, &mut f, turn > 0);
+                solver.solve(Matrix::Dense(&a), &b, &mut f, turn > 0);
                 let scale = 1.0 + f.iter().fold(0.0f64, |m, x| m.max(*x));
                 for i in 0..n {
                     let excess = (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>() - b[i];

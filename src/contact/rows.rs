@@ -283,6 +283,15 @@ impl Rows {
         sum
     }
 
+    /// The normal of contact c, divided: its row on tree t, a free body, and J M⁻¹ Jᵀ on the other one, if there is one.
+    /// `None` if it does not touch t.
+    pub fn split(&self, c: usize, t: u32) -> Option<(Six, f64)> {
+        let parts = &self.contacts[c].parts;
+        let side = parts.iter().position(|p| p.tree == t)?;
+        let other = &parts[1 - side];
+        Some((self.jac[parts[side].start as usize], dots(&self.jac[other.row(0)], &self.mjac[other.row(0)])))
+    }
+
     /// Adds a force along direction k of contact c: acc += M⁻¹ J_kᵀ f.
     #[inline(always)]
     pub fn push_force(&mut self, c: usize, k: usize, force: f64) {

@@ -2,6 +2,7 @@
 
 use super::cone::Curvature;
 use super::solver::{Constraint, Into, Space};
+use crate::math::{divide_ldl, factor_ldl};
 
 type Row = [f64; 6];
 
@@ -64,8 +65,8 @@ impl Mass for Dense<'_> {
     }
     fn divide(&self, v: &mut Row) {
         let mut l = self.matrix();
-        factor(&mut l);
-        divide(&l, v);
+        factor_ldl(&mut l);
+        divide_ldl(&l, v);
     }
     #[inline]
     fn trace(&self) -> f64 {
@@ -141,11 +142,11 @@ impl<M: Mass> Space for Lone<'_, M> {
                 add_curvature(&curvature, &jac[..c.cone.dim], &mut h);
             }
         }
-        factor(&mut h);
+        factor_ldl(&mut h);
         for i in 0..6 {
             p[i] = -g[i];
         }
-        divide(&h, p);
+        divide_ldl(&h, p);
     }
 }
 
@@ -158,42 +159,6 @@ fn add_curvature(curvature: &Curvature, jac: &[Row], h: &mut [Row; 6]) {
             for j in 0..(i | 1) + 1 {
                 h[i][j] += row[i] * product[j];
             }
-        }
-    }
-}
-
-/// H = L D Lᵀ: L in the lower triangle (its diagonal is 1), 1/D on the diagonal.
-#[inline]
-fn factor(h: &mut [Row; 6]) {
-    for j in 0..6 {
-        let inverse = 1.0 / h[j][j];
-        for i in j + 1..6 {
-            let l = h[i][j] * inverse;
-            for k in j + 1..=i {
-                h[i][k] -= l * h[k][j];
-            }
-        }
-        for i in j + 1..6 {
-            h[i][j] *= inverse;
-        }
-        h[j][j] = inverse;
-    }
-}
-
-/// x = (L D Lᵀ)⁻¹ x
-#[inline]
-fn divide(l: &[Row; 6], x: &mut Row) {
-    for j in 0..6 {
-        for i in j + 1..6 {
-            x[i] -= l[i][j] * x[j];
-        }
-    }
-    for i in 0..6 {
-        x[i] *= l[i][i];
-    }
-    for j in (0..6).rev() {
-        for i in 0..j {
-            x[i] -= l[j][i] * x[j];
         }
     }
 }

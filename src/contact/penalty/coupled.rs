@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use super::drive::{Recipes, eigenvalues, friction, inverse_mass, piece};
 use super::{Block, Blocks, Touch};
-use crate::contact::complementarity::{Complementarity, dot};
+use crate::contact::complementarity::{Complementarity, Matrix, Spoke, Star};
 use crate::contact::forest::Forest;
 use crate::contact::mujoco::rows::{DofRow, dry_friction, limits};
 use crate::contact::rows::{NONE, Rows};
@@ -35,6 +35,12 @@ const COLD: usize = 3;
 /// Most normals that are solved at once.
 const MOST_AT_ONCE: usize = 64;
 
+/// Fewest normals for which a star is quicker than a dense matrix.
+const FEWEST_SPOKES: usize = 6;
+
+/// Least part of a spoke's compliance that must be its own: where it is small, b − u y leaves few digits.
+const OWN_SHARE: f64 = 1e-3;
+
 #[derive(Clone, Debug, Default)]
 pub struct Coupled {
     rows: Rows,
@@ -45,10 +51,13 @@ pub struct Coupled {
     normals: Vec<u32>,
     islands: Vec<Island>,
     groups: Vec<Group>,
-    /// A of each group's normals, one after the other.
+    /// A of each group's normals, one after the other: dense ones, and stars.
     a: Vec<f64>,
+    spokes: Vec<Spoke>,
     b: Vec<f64>,
     f: Vec<f64>,
+    /// A f
+    answer: Vec<f64>,
     solver: Complementarity,
 }
 
@@ -59,11 +68,19 @@ struct Island {
     groups: Range<usize>,
 }
 
-/// Normals that are solved at once: a range of `normals`, with their A (R added) from `a[at]` on.
+/// Normals that are solved at once: a range of `normals`, and where their A is (R added).
 #[derive(Clone, Debug)]
 struct Group {
     normals: Range<usize>,
-    at: usize,
+    form: Form,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Form {
+    /// From `a[at]` on.
+    Dense { at: usize },
+    /// From `spokes[at]` on.
+    Star { at: usize, minv: Six },
 }
 
 /// A contact, a joint limit or a joint with dry friction.
@@ -119,7 +136,7 @@ impl Coupled {
         }
         self.add_joints(model, method, state, data);
         data.counts.rows += self.entries.iter().map(|e| e.dim).sum::<usize>();
-        self.find_islands(model.trees.len());
+        self.find_islands(model, data);
 
         // All of the last step's forces act from the start.
         for e in 0..self.entries.len() {
@@ -198,9 +215,9 @@ impl Coupled {
     }
 
     /// Sorts the entries into islands and their normals into groups, and forms A of every group.
-    fn find_islands(&mut self, trees: usize) {
-        let Coupled { rows, entries, forest, members, normals, islands, groups, a, .. } = self;
-        forest.reset(trees);
+    fn find_islands(&mut self, model: &Model, data: &Data) {
+        let Coupled { rows, entries, forest, members, normals, islands, groups, a, spokes, .. } = self;
+        forest.reset(model.trees.len());
         for entry in &rows.contacts {
             if let [first, second] = entry.parts.map(|p| p.tree)
                 && second != NONE
@@ -216,6 +233,7 @@ impl Coupled {
         islands.clear();
         groups.clear();
         a.clear();
+        spokes.clear();
         let mut start = 0;
         while start < members.len() {
             let island = forest.find(trees(members[start])[0] as usize);
@@ -227,9 +245,10 @@ impl Coupled {
             let alike = |e: &u32, f: &u32| at_once || trees(*e) == trees(*f);
             let mut from = first_normal;
             for group in normals[first_normal..].chunk_by(alike) {
-                groups.push(Group { normals: from..from + group.len(), at: a.len() });
+                let form = add_star(model, data, rows, entries, group, spokes)
+                    .unwrap_or_else(|| add_matrix(rows, entries, group, a));
+                groups.push(Group { normals: from..from + group.len(), form });
                 from += group.len();
-                add_matrix(rows, entries, group, a);
             }
             islands.push(Island { members: start..end, groups: first_group..groups.len() });
             start = end;
@@ -266,21 +285,25 @@ impl Coupled {
     /// Solves for the normal forces of a group, all other forces given. Returns the number of systems solved, and
     /// whether a contact pushes that did not before.
     fn solve_normals(&mut self, group: usize, again: bool) -> (usize, bool) {
-        let Coupled { rows, entries, normals, groups, a, b, f, solver, .. } = self;
+        let Coupled { rows, entries, normals, groups, a, spokes, b, f, answer, solver, .. } = self;
         let group = &groups[group];
         let normals = &normals[group.normals.clone()];
         let n = normals.len();
-        let a = &a[group.at..group.at + n * n];
+        let matrix = match group.form {
+            Form::Dense { at } => Matrix::Dense(&a[at..at + n * n]),
+            Form::Star { at, minv } => Matrix::Star(Star { spokes: &spokes[at..at + n], minv }),
+        };
         f.clear();
         f.extend(normals.iter().map(|&e| entries[e as usize].force[0]));
+        answer.resize(n, 0.0);
+        matrix.times(f, answer);
         b.clear();
-        for (i, &e) in normals.iter().enumerate() {
+        for (answer, &e) in answer.iter().zip(normals) {
             let entry = &entries[e as usize];
             // The present forces are part of the acceleration: take them out. R is no part of it.
-            let own = dot(&a[i * n..i * n + n], f);
-            b.push(entry.reference - rows.acceleration(e as usize, 0) + own - entry.softness * entry.force[0]);
+            b.push(entry.reference - rows.acceleration(e as usize, 0) + answer - entry.softness * entry.force[0]);
         }
-        let solves = solver.solve(a, b, f, again);
+        let solves = solver.solve(matrix, b, f, again);
         let mut starts = false;
         for (&e, f) in normals.iter().zip(f.iter()) {
             let Entry { force, dim, .. } = &mut entries[e as usize];
@@ -334,8 +357,43 @@ impl Coupled {
     }
 }
 
+/// Appends A + R of a group's normals as a star, if they feel each other through one free body only, the hub: each of
+/// them touches it, and what else they touch is touched by none of the others.
+fn add_star(
+    model: &Model,
+    data: &Data,
+    rows: &Rows,
+    entries: &[Entry],
+    group: &[u32],
+    spokes: &mut Vec<Spoke>,
+) -> Option<Form> {
+    let [first, .., last] = group else { return None };
+    let trees = |e: &u32| rows.contacts[*e as usize].parts.map(|p| p.tree);
+    let hub = trees(first).into_iter().find(|t| trees(last).contains(t) && *t != NONE)?;
+    let tree = &model.trees[hub as usize];
+    // Contacts between the same two trees follow one another.
+    let twice = group.windows(2).any(|w| trees(&w[0])[1] != NONE && trees(&w[0]) == trees(&w[1]));
+    if group.len() < FEWEST_SPOKES || tree.free.is_none() || twice {
+        return None;
+    }
+    let at = spokes.len();
+    for &e in group {
+        let spoke = rows.split(e as usize, hub).and_then(|(u, share)| {
+            let own = share + entries[e as usize].softness;
+            let whole = rows.compliance(e as usize, 0, e as usize, 0);
+            (own > OWN_SHARE * whole).then_some(Spoke { u, own, inverse: 1.0 / own })
+        });
+        let Some(spoke) = spoke else {
+            spokes.truncate(at);
+            return None;
+        };
+        spokes.push(spoke);
+    }
+    Some(Form::Star { at, minv: data.movers[tree.bodies.start].minv.into() })
+}
+
 /// Appends A + R of a group's normals, row by row.
-fn add_matrix(rows: &Rows, entries: &[Entry], group: &[u32], a: &mut Vec<f64>) {
+fn add_matrix(rows: &Rows, entries: &[Entry], group: &[u32], a: &mut Vec<f64>) -> Form {
     let (at, n) = (a.len(), group.len());
     a.resize(at + n * n, 0.0);
     for (i, &e) in group.iter().enumerate() {
@@ -346,4 +404,5 @@ fn add_matrix(rows: &Rows, entries: &[Entry], group: &[u32], a: &mut Vec<f64>) {
         }
         a[at + i * n + i] = rows.compliance(e as usize, 0, e as usize, 0) + entries[e as usize].softness;
     }
+    Form::Dense { at }
 }

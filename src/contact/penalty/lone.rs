@@ -21,7 +21,7 @@
 use super::Touch;
 use super::drive::{Recipe, friction, inverse_mass, largest_eigenvalue};
 use crate::collision::frame;
-use crate::contact::complementarity::{Complementarity, all_push};
+use crate::contact::complementarity::{Complementarity, Matrix, all_push};
 use crate::data::{Contact, Mover};
 use crate::forward::Method;
 use crate::math::{Mat3, Vec3, Vec6};
@@ -279,7 +279,7 @@ impl<const L: usize> Points<L> {
         if all_push::<L>(a.as_flattened(), &b, &mut self.force[0]) {
             return 1;
         }
-        solver.solve(a.as_flattened(), &b, &mut self.force[0], false)
+        solver.solve(Matrix::Dense(a.as_flattened()), &b, &mut self.force[0], false)
     }
 
     /// Whether any contact pushes that did not in the last step.
