@@ -66,7 +66,7 @@ const EMPTY: Part = Part { tree: NONE, start: 0, len: 0, at: 0 };
 
 #[inline(always)]
 fn dot(a: &Six, b: &Six) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+    (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
 }
 
 fn dots(a: &[Six], b: &[Six]) -> f64 {
@@ -233,16 +233,19 @@ impl Rows {
         self.contacts.push(ContactRows { parts: [part, EMPTY], dim: 1 });
     }
 
-    /// J_k · x of contact `c`, with `x` the velocity or acceleration of the trees.
+    /// J_k · x along N directions of contact `c`, from `first` on; `x` is the velocity or acceleration of the trees.
     #[inline(always)]
-    fn along(&self, c: usize, k: usize, x: &[Six]) -> f64 {
-        let mut sum = 0.0;
+    fn along<const N: usize>(&self, c: usize, first: usize, x: &[Six]) -> [f64; N] {
+        let mut sum = [0.0; N];
         for part in &self.contacts[c].parts {
             match part.len {
                 0 => {}
-                // A free body: the common case, without a loop.
-                1 => sum += dot(&self.jac[part.start as usize + k], &x[part.at as usize]),
-                _ => sum += dots(&self.jac[part.row(k)], &x[part.tree_sixes()]),
+                // A free body: the common case, without a loop over sixes.
+                1 => {
+                    let (rows, x) = (&self.jac[part.start as usize + first..][..N], &x[part.at as usize]);
+                    (0..N).for_each(|k| sum[k] += dot(&rows[k], x));
+                }
+                _ => (0..N).for_each(|k| sum[k] += dots(&self.jac[part.row(first + k)], &x[part.tree_sixes()])),
             }
         }
         sum
@@ -251,13 +254,14 @@ impl Rows {
     /// Velocity along direction k of contact c.
     #[inline(always)]
     pub fn velocity(&self, c: usize, k: usize) -> f64 {
-        self.along(c, k, &self.vel)
+        let [v] = self.along(c, k, &self.vel);
+        v
     }
 
-    /// Acceleration along direction k of contact c, with the forces pushed so far.
+    /// Accelerations along N directions of contact c, from `first` on, with the forces pushed so far.
     #[inline(always)]
-    pub fn acceleration(&self, c: usize, k: usize) -> f64 {
-        self.along(c, k, &self.acc)
+    pub fn accelerations<const N: usize>(&self, c: usize, first: usize) -> [f64; N] {
+        self.along(c, first, &self.acc)
     }
 
     /// Whether a tree feels both contacts.
@@ -292,13 +296,40 @@ impl Rows {
         Some((self.jac[parts[side].start as usize], dots(&self.jac[other.row(0)], &self.mjac[other.row(0)])))
     }
 
-    /// Adds a force along direction k of contact c: acc += M⁻¹ J_kᵀ f.
+    /// A_kl of one contact with itself.
     #[inline(always)]
-    pub fn push_force(&mut self, c: usize, k: usize, force: f64) {
+    pub fn own_compliance(&self, c: usize, k: usize, l: usize) -> f64 {
+        let mut sum = 0.0;
         for part in &self.contacts[c].parts {
-            for (m, a) in self.mjac[part.row(k)].iter().zip(&mut self.acc[part.tree_sixes()]) {
-                for i in 0..6 {
-                    a[i] += m[i] * force;
+            match part.len {
+                0 => {}
+                1 => sum += dot(&self.jac[part.start as usize + k], &self.mjac[part.start as usize + l]),
+                _ => sum += dots(&self.jac[part.row(k)], &self.mjac[part.row(l)]),
+            }
+        }
+        sum
+    }
+
+    /// Adds forces along the directions of contact c from `first` on: acc += M⁻¹ J_kᵀ f_k.
+    #[inline(always)]
+    pub fn push_forces(&mut self, c: usize, first: usize, force: &[f64]) {
+        for part in &self.contacts[c].parts {
+            match part.len {
+                0 => {}
+                1 => {
+                    let rows = &self.mjac[part.start as usize + first..][..force.len()];
+                    let acc = &mut self.acc[part.at as usize];
+                    for (row, f) in rows.iter().zip(force) {
+                        (0..6).for_each(|i| acc[i] += row[i] * f);
+                    }
+                }
+                _ => {
+                    for (k, f) in force.iter().enumerate() {
+                        let row = &self.mjac[part.row(first + k)];
+                        for (acc, row) in self.acc[part.tree_sixes()].iter_mut().zip(row) {
+                            (0..6).for_each(|i| acc[i] += row[i] * f);
+                        }
+                    }
                 }
             }
         }

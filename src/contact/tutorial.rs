@@ -94,9 +94,7 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
                 (force[4], force[5]) = (torque * w1, torque * w2);
             }
         }
-        for (k, f) in force.iter().enumerate().take(dim) {
-            rows.push_force(c, k, *f);
-        }
+        rows.push_forces(c, 0, &force[..dim]);
         data.contacts[c].force = force;
     }
     rows.finish(model, data);

@@ -29,8 +29,12 @@ type Six = [f64; 6];
 /// Turns of normals and friction per round.
 const TURNS: usize = 4;
 
-/// Times as many where a contact is new and has no friction of the last step to start from.
-const COLD: usize = 3;
+/// The same for a star with a hub heavier than what touches it: there friction at one contact hardly stirs the others.
+/// (Nine balls on a tray a hundred times lighter than each rattle with two turns, and do not with four.)
+const STAR_TURNS: usize = 2;
+
+/// The same where a contact is new and has no friction of the last step to start from.
+const COLD_TURNS: usize = 12;
 
 /// Most normals that are solved at once.
 const MOST_AT_ONCE: usize = 64;
@@ -79,8 +83,8 @@ struct Group {
 enum Form {
     /// From `a[at]` on.
     Dense { at: usize },
-    /// From `spokes[at]` on.
-    Star { at: usize, minv: Six },
+    /// From `spokes[at]` on. A hub that is heavier than each thing it touches is `steady`.
+    Star { at: usize, minv: Six, steady: bool },
 }
 
 /// A contact, a joint limit or a joint with dry friction.
@@ -140,9 +144,8 @@ impl Coupled {
 
         // All of the last step's forces act from the start.
         for e in 0..self.entries.len() {
-            for k in 0..self.entries[e].dim {
-                self.rows.push_force(e, k, self.entries[e].force[k]);
-            }
+            let Entry { dim, force, .. } = &self.entries[e];
+            self.rows.push_forces(e, 0, &force[..*dim]);
         }
         for i in 0..self.islands.len() {
             data.counts.solves += self.settle(method, i);
@@ -174,7 +177,7 @@ impl Coupled {
             let rows = &mut self.rows;
             rows.push(model, &state.qvel, data, contact, recipe.dim, surface_points(contact, model));
             let inverse =
-                if model.opt.flags.diagexact { rows.compliance(e, 0, e, 0) } else { inverse_mass(model, contact) };
+                if model.opt.flags.diagexact { rows.own_compliance(e, 0, 0) } else { inverse_mass(model, contact) };
             let drift = |k| if k < recipe.dim { rows.velocity(e, k) / method.timestep } else { 0.0 };
             let (reference, softness) = recipe.normal(contact.dist, rows.velocity(e, 0), inverse);
             self.entries.push(Entry {
@@ -185,7 +188,7 @@ impl Coupled {
                 reference,
                 softness,
                 per_limit: recipe.per_limit,
-                stiff: eigenvalues(recipe.dim, |k, l| rows.compliance(e, k, e, l)).map(|x| 1.0 / x),
+                stiff: eigenvalues(recipe.dim, |k, l| rows.own_compliance(e, k, l)).map(|x| 1.0 / x),
             });
         }
     }
@@ -196,7 +199,7 @@ impl Coupled {
         let mut add = |row: DofRow, source: Source| {
             let e = self.entries.len();
             self.rows.push_joint(model, &state.qvel, data, row.dof, &row.entries[..row.n]);
-            let inverse = self.rows.compliance(e, 0, e, 0);
+            let inverse = self.rows.own_compliance(e, 0, 0);
             let velocity = self.rows.velocity(e, 0);
             self.entries.push(Entry {
                 source,
@@ -259,7 +262,9 @@ impl Coupled {
     fn settle(&mut self, method: &Method, island: usize) -> usize {
         let Island { members, groups } = self.islands[island].clone();
         let mut solves = 0;
-        let (mut turn, mut turns) = (0, method.rounds * TURNS);
+        let steady =
+            matches!(self.groups[groups.start..groups.end], [Group { form: Form::Star { steady: true, .. }, .. }]);
+        let (mut turn, mut turns) = (0, method.rounds * if steady { STAR_TURNS } else { TURNS });
         while turn < turns {
             let mut starts = false;
             // One group's matrix stays in the solver; several take turns there.
@@ -270,7 +275,7 @@ impl Coupled {
                 starts |= new;
             }
             if turn == 0 && starts {
-                turns *= COLD;
+                turns = method.rounds * COLD_TURNS;
             }
             for k in members.clone() {
                 // In alternating order: otherwise the last contact would always have the last word.
@@ -291,7 +296,7 @@ impl Coupled {
         let n = normals.len();
         let matrix = match group.form {
             Form::Dense { at } => Matrix::Dense(&a[at..at + n * n]),
-            Form::Star { at, minv } => Matrix::Star(Star { spokes: &spokes[at..at + n], minv }),
+            Form::Star { at, minv, .. } => Matrix::Star(Star { spokes: &spokes[at..at + n], minv }),
         };
         f.clear();
         f.extend(normals.iter().map(|&e| entries[e as usize].force[0]));
@@ -301,13 +306,14 @@ impl Coupled {
         for (answer, &e) in answer.iter().zip(normals) {
             let entry = &entries[e as usize];
             // The present forces are part of the acceleration: take them out. R is no part of it.
-            b.push(entry.reference - rows.acceleration(e as usize, 0) + answer - entry.softness * entry.force[0]);
+            let [acceleration] = rows.accelerations(e as usize, 0);
+            b.push(entry.reference - acceleration + answer - entry.softness * entry.force[0]);
         }
         let solves = solver.solve(matrix, b, f, again);
         let mut starts = false;
         for (&e, f) in normals.iter().zip(f.iter()) {
             let Entry { force, dim, .. } = &mut entries[e as usize];
-            rows.push_force(e as usize, 0, *f - force[0]);
+            rows.push_forces(e as usize, 0, &[*f - force[0]]);
             starts |= *dim > 1 && force[0] == 0.0 && *f > 0.0;
             force[0] = *f;
         }
@@ -348,12 +354,11 @@ impl Coupled {
         }
         let force: [f64; N] = piece(&self.entries[e].force, first);
         let drift = piece(&self.entries[e].drift, first);
-        let acceleration = std::array::from_fn(|k| self.rows.acceleration(e, first + k));
+        let acceleration = self.rows.accelerations(e, first);
         let next = friction::<N>(method, normal, per_limit, stiff, force, drift, acceleration);
-        for k in 0..N {
-            self.rows.push_force(e, first + k, next[k] - force[k]);
-            self.entries[e].force[first + k] = next[k];
-        }
+        let change: [f64; N] = std::array::from_fn(|k| next[k] - force[k]);
+        self.rows.push_forces(e, first, &change);
+        self.entries[e].force[first..first + N].copy_from_slice(&next);
     }
 }
 
@@ -376,11 +381,12 @@ fn add_star(
     if group.len() < FEWEST_SPOKES || tree.free.is_none() || twice {
         return None;
     }
-    let at = spokes.len();
+    let (at, mut steady) = (spokes.len(), true);
     for &e in group {
         let spoke = rows.split(e as usize, hub).and_then(|(u, share)| {
             let own = share + entries[e as usize].softness;
-            let whole = rows.compliance(e as usize, 0, e as usize, 0);
+            let whole = rows.own_compliance(e as usize, 0, 0);
+            steady &= share == 0.0 || share > 0.5 * whole;
             (own > OWN_SHARE * whole).then_some(Spoke { u, own, inverse: 1.0 / own })
         });
         let Some(spoke) = spoke else {
@@ -389,7 +395,7 @@ fn add_star(
         };
         spokes.push(spoke);
     }
-    Some(Form::Star { at, minv: data.movers[tree.bodies.start].minv.into() })
+    Some(Form::Star { at, minv: data.movers[tree.bodies.start].minv.into(), steady })
 }
 
 /// Appends A + R of a group's normals, row by row.
@@ -402,7 +408,7 @@ fn add_matrix(rows: &Rows, entries: &[Entry], group: &[u32], a: &mut Vec<f64>) -
             a[at + i * n + j] = x;
             a[at + j * n + i] = x;
         }
-        a[at + i * n + i] = rows.compliance(e as usize, 0, e as usize, 0) + entries[e as usize].softness;
+        a[at + i * n + i] = rows.own_compliance(e as usize, 0, 0) + entries[e as usize].softness;
     }
     Form::Dense { at }
 }
