@@ -13,7 +13,7 @@
 
 use std::ops::Range;
 
-use crate::data::{Contact, Data};
+use crate::data::{Contact, Data, Mover};
 use crate::dynamics;
 use crate::math::{Vec3, Vec6};
 use crate::model::{Model, Tree};
@@ -26,9 +26,7 @@ pub struct Rows {
     pub vel: Vec<Six>,
     pub acc: Vec<Six>,
     sixes: Vec<Range<u32>>,
-    /// J and J M⁻¹ of all rows.
-    jac: Vec<Six>,
-    mjac: Vec<Six>,
+    all: Vec<Row>,
     /// One entry per contact or joint row, in the order they were pushed.
     pub contacts: Vec<ContactRows>,
     /// Trees that a contact touches.
@@ -36,6 +34,15 @@ pub struct Rows {
     /// Scratch: Jacobian columns of one body.
     columns: Vec<Vec6>,
     dense: Vec<f64>,
+}
+
+/// One six of a row.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    /// J
+    j: Six,
+    /// J M⁻¹
+    m: Six,
 }
 
 /// The rows of one contact. The first part belongs to the tree of lower index; the second is empty where the
@@ -52,7 +59,7 @@ pub struct ContactRows {
 pub struct Part {
     /// Index of the tree; `NONE` for an empty part.
     pub tree: u32,
-    /// First six of row 0 in `jac`; row k follows k·len later.
+    /// First six of row 0 in `all`; row k follows k·len later.
     start: u32,
     /// Sixes per row.
     len: u32,
@@ -69,8 +76,13 @@ fn dot(a: &Six, b: &Six) -> f64 {
     (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
 }
 
-fn dots(a: &[Six], b: &[Six]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
+fn dots<'a>(a: impl Iterator<Item = &'a Six>, b: impl Iterator<Item = &'a Six>) -> f64 {
+    a.zip(b).map(|(a, b)| dot(a, b)).sum()
+}
+
+/// J M⁻¹ Jᵀ of two rows.
+fn product(a: &[Row], b: &[Row]) -> f64 {
+    dots(a.iter().map(|r| &r.j), b.iter().map(|r| &r.m))
 }
 
 impl Part {
@@ -91,8 +103,7 @@ impl Rows {
         if self.sixes.len() != model.trees.len() {
             self.lay_out(model);
         }
-        self.jac.clear();
-        self.mjac.clear();
+        self.all.clear();
         self.contacts.clear();
         self.touched.fill(false);
     }
@@ -148,19 +159,21 @@ impl Rows {
                 self.fill(model, data, t, contact, side, sign, dim, points[side], parts[0].start as usize);
                 continue;
             }
-            let len = self.sixes[t].len() as u32;
-            let start = self.jac.len();
-            self.jac.resize(start + dim * len as usize, [0.0; 6]);
-            self.mjac.resize(start + dim * len as usize, [0.0; 6]);
-            parts[used] = Part { tree: t as u32, start: start as u32, len, at: self.sixes[t].start };
-            self.fill(model, data, t, contact, side, sign, dim, points[side], start);
+            let (start, sixes) = (self.all.len(), self.sixes[t].clone());
+            parts[used] = Part { tree: t as u32, start: start as u32, len: sixes.len() as u32, at: sixes.start };
+            if model.trees[t].free.is_some() {
+                let mover = &data.movers[model.trees[t].bodies.start];
+                self.all.extend((0..dim).map(|k| free_row(contact, mover, sign, &(points[side] - mover.com), k)));
+            } else {
+                self.all.resize(start + dim * sixes.len(), Row::default());
+                self.fill(model, data, t, contact, side, sign, dim, points[side], start);
+            }
             used += 1;
         }
         self.contacts.push(ContactRows { parts, dim });
     }
 
-    /// Adds one side's share of the rows that start at six `start`.
-    #[inline]
+    /// Adds one side's share of the rows of an articulated tree, which start at six `start`.
     fn fill(
         &mut self,
         model: &Model,
@@ -174,35 +187,21 @@ impl Rows {
         start: usize,
     ) {
         let tree = &model.trees[t];
-        let frame = &contact.frame;
-        let axis = |k: usize| Vec3::new(frame[(k % 3, 0)], frame[(k % 3, 1)], frame[(k % 3, 2)]) * sign;
-        if tree.free.is_some() {
-            let mover = &data.movers[tree.bodies.start];
-            let arm = point - mover.com;
-            for k in 0..dim {
-                let d = axis(k);
-                let (lin, ang) =
-                    if k < 3 { (d, mover.axes.tr_mul(&arm.cross(&d))) } else { (Vec3::zeros(), mover.axes.tr_mul(&d)) };
-                let j = [lin.x, lin.y, lin.z, ang.x, ang.y, ang.z];
-                self.jac[start + k] = j;
-                self.mjac[start + k] = std::array::from_fn(|i| j[i] * mover.minv[i]);
-            }
-            return;
-        }
         let nv = tree.dofs.len();
         let len = self.sixes[t].len();
         dynamics::jacobian(model, data, contact.body[side] as usize, &point, &mut self.columns[..nv]);
         for k in 0..dim {
-            let d = axis(k);
+            let d = contact.frame.row(k % 3).transpose() * sign;
             let row = start + k * len;
             for (i, column) in self.columns[..nv].iter().enumerate() {
                 let part = if k < 3 { column.fixed_rows::<3>(0) } else { column.fixed_rows::<3>(3) };
-                self.jac[row + i / 6][i % 6] += d.dot(&part);
-                self.dense[i] = self.jac[row + i / 6][i % 6];
+                let j = &mut self.all[row + i / 6].j[i % 6];
+                *j += d.dot(&part);
+                self.dense[i] = *j;
             }
             dynamics::solve_m(model, data, t, &mut self.dense[..nv]);
             for (i, x) in self.dense[..nv].iter().enumerate() {
-                self.mjac[row + i / 6][i % 6] = *x;
+                self.all[row + i / 6].m[i % 6] = *x;
             }
         }
     }
@@ -215,19 +214,18 @@ impl Rows {
         let tree = &model.trees[t];
         self.touch(t, tree, qvel, data);
         let len = self.sixes[t].len();
-        let start = self.jac.len();
-        self.jac.resize(start + len, [0.0; 6]);
-        self.mjac.resize(start + len, [0.0; 6]);
+        let start = self.all.len();
+        self.all.resize(start + len, Row::default());
         let nv = tree.dofs.len();
         self.dense[..nv].fill(0.0);
         for (i, x) in entries.iter().enumerate() {
             let at = dof - tree.dofs.start + i;
             self.dense[at] = *x;
-            self.jac[start + at / 6][at % 6] = *x;
+            self.all[start + at / 6].j[at % 6] = *x;
         }
         dynamics::solve_m(model, data, t, &mut self.dense[..nv]);
         for (i, x) in self.dense[..nv].iter().enumerate() {
-            self.mjac[start + i / 6][i % 6] = *x;
+            self.all[start + i / 6].m[i % 6] = *x;
         }
         let part = Part { tree: t as u32, start: start as u32, len: len as u32, at: self.sixes[t].start };
         self.contacts.push(ContactRows { parts: [part, EMPTY], dim: 1 });
@@ -236,16 +234,43 @@ impl Rows {
     /// J_k · x along N directions of contact `c`, from `first` on; `x` is the velocity or acceleration of the trees.
     #[inline(always)]
     fn along<const N: usize>(&self, c: usize, first: usize, x: &[Six]) -> [f64; N] {
-        let mut sum = [0.0; N];
+        // Even and odd places apart: two numbers in a register.
+        let mut sum = [[0.0; 2]; N];
         for part in &self.contacts[c].parts {
             match part.len {
                 0 => {}
                 // A free body: the common case, without a loop over sixes.
                 1 => {
-                    let (rows, x) = (&self.jac[part.start as usize + first..][..N], &x[part.at as usize]);
-                    (0..N).for_each(|k| sum[k] += dot(&rows[k], x));
+                    let (rows, x) = (&self.all[part.start as usize + first..][..N], &x[part.at as usize]);
+                    for k in 0..N {
+                        for i in 0..6 {
+                            sum[k][i % 2] += rows[k].j[i] * x[i];
+                        }
+                    }
                 }
-                _ => (0..N).for_each(|k| sum[k] += dots(&self.jac[part.row(first + k)], &x[part.tree_sixes()])),
+                _ => {
+                    for k in 0..N {
+                        let row = self.all[part.row(first + k)].iter().map(|r| &r.j);
+                        sum[k][0] += dots(row, x[part.tree_sixes()].iter());
+                    }
+                }
+            }
+        }
+        sum.map(|s| s[0] + s[1])
+    }
+
+    /// Velocities along all directions of contact c; zero beyond its last.
+    #[inline(always)]
+    pub fn velocities(&self, c: usize) -> Six {
+        let ContactRows { parts, dim } = &self.contacts[c];
+        let mut sum = [0.0; 6];
+        for part in parts {
+            for (k, sum) in sum.iter_mut().enumerate().take(*dim) {
+                match part.len {
+                    0 => {}
+                    1 => *sum += dot(&self.all[part.start as usize + k].j, &self.vel[part.at as usize]),
+                    _ => *sum += dots(self.all[part.row(k)].iter().map(|r| &r.j), self.vel[part.tree_sixes()].iter()),
+                }
             }
         }
         sum
@@ -277,14 +302,27 @@ impl Rows {
         let mut sum = 0.0;
         for a in &self.contacts[c].parts {
             for b in self.contacts[e].parts.iter().filter(|b| b.tree == a.tree) {
-                match a.len {
-                    0 => {}
-                    1 => sum += dot(&self.jac[a.start as usize + k], &self.mjac[b.start as usize + l]),
-                    _ => sum += dots(&self.jac[a.row(k)], &self.mjac[b.row(l)]),
-                }
+                sum += self.product(a, k, b, l);
             }
         }
         sum
+    }
+
+    /// A_kl of one contact with itself.
+    #[inline(always)]
+    pub fn own_compliance(&self, c: usize, k: usize, l: usize) -> f64 {
+        let [a, b] = &self.contacts[c].parts;
+        self.product(a, k, a, l) + self.product(b, k, b, l)
+    }
+
+    /// J_k M⁻¹ J_lᵀ of two parts on the same tree.
+    #[inline(always)]
+    fn product(&self, a: &Part, k: usize, b: &Part, l: usize) -> f64 {
+        match a.len {
+            0 => 0.0,
+            1 => dot(&self.all[a.start as usize + k].j, &self.all[b.start as usize + l].m),
+            _ => product(&self.all[a.row(k)], &self.all[b.row(l)]),
+        }
     }
 
     /// The normal of contact c, divided: its row on tree t, a free body, and J M⁻¹ Jᵀ on the other one, if there is one.
@@ -293,21 +331,7 @@ impl Rows {
         let parts = &self.contacts[c].parts;
         let side = parts.iter().position(|p| p.tree == t)?;
         let other = &parts[1 - side];
-        Some((self.jac[parts[side].start as usize], dots(&self.jac[other.row(0)], &self.mjac[other.row(0)])))
-    }
-
-    /// A_kl of one contact with itself.
-    #[inline(always)]
-    pub fn own_compliance(&self, c: usize, k: usize, l: usize) -> f64 {
-        let mut sum = 0.0;
-        for part in &self.contacts[c].parts {
-            match part.len {
-                0 => {}
-                1 => sum += dot(&self.jac[part.start as usize + k], &self.mjac[part.start as usize + l]),
-                _ => sum += dots(&self.jac[part.row(k)], &self.mjac[part.row(l)]),
-            }
-        }
-        sum
+        Some((self.all[parts[side].start as usize].j, self.product(other, 0, other, 0)))
     }
 
     /// Adds forces along the directions of contact c from `first` on: acc += M⁻¹ J_kᵀ f_k.
@@ -317,17 +341,18 @@ impl Rows {
             match part.len {
                 0 => {}
                 1 => {
-                    let rows = &self.mjac[part.start as usize + first..][..force.len()];
-                    let acc = &mut self.acc[part.at as usize];
+                    let rows = &self.all[part.start as usize + first..][..force.len()];
+                    let mut acc = self.acc[part.at as usize];
                     for (row, f) in rows.iter().zip(force) {
-                        (0..6).for_each(|i| acc[i] += row[i] * f);
+                        (0..6).for_each(|i| acc[i] += row.m[i] * f);
                     }
+                    self.acc[part.at as usize] = acc;
                 }
                 _ => {
                     for (k, f) in force.iter().enumerate() {
-                        let row = &self.mjac[part.row(first + k)];
+                        let row = &self.all[part.row(first + k)];
                         for (acc, row) in self.acc[part.tree_sixes()].iter_mut().zip(row) {
-                            (0..6).for_each(|i| acc[i] += row[i] * f);
+                            (0..6).for_each(|i| acc[i] += row.m[i] * f);
                         }
                     }
                 }
@@ -370,4 +395,16 @@ impl Rows {
             }
         }
     }
+}
+
+/// Row k of a contact on a free body.
+///
+/// In: `arm` from the centre of mass to the point where the sliding directions are taken, m.
+#[inline(always)]
+fn free_row(contact: &Contact, mover: &Mover, sign: f64, arm: &Vec3, k: usize) -> Row {
+    let d = contact.frame.row(k % 3).transpose() * sign;
+    let (lin, ang) =
+        if k < 3 { (d, mover.axes.tr_mul(&arm.cross(&d))) } else { (Vec3::zeros(), mover.axes.tr_mul(&d)) };
+    let j = [lin.x, lin.y, lin.z, ang.x, ang.y, ang.z];
+    Row { j, m: std::array::from_fn(|i| j[i] * mover.minv[i]) }
 }

@@ -170,6 +170,7 @@ impl Coupled {
         block: &Block,
         data: &Data,
     ) {
+        let per_step = 1.0 / method.timestep;
         for &Touch { contact: c, .. } in &blocks.touches[block.range()] {
             let contact = &data.contacts[c as usize];
             let recipe = recipes.of(contact);
@@ -178,12 +179,12 @@ impl Coupled {
             rows.push(model, &state.qvel, data, contact, recipe.dim, surface_points(contact, model));
             let inverse =
                 if model.opt.flags.diagexact { rows.own_compliance(e, 0, 0) } else { inverse_mass(model, contact) };
-            let drift = |k| if k < recipe.dim { rows.velocity(e, k) / method.timestep } else { 0.0 };
-            let (reference, softness) = recipe.normal(contact.dist, rows.velocity(e, 0), inverse);
+            let velocity = rows.velocities(e);
+            let (reference, softness) = recipe.normal(contact.dist, velocity[0], inverse);
             self.entries.push(Entry {
                 source: Source::Contact(c),
                 dim: recipe.dim,
-                drift: std::array::from_fn(drift),
+                drift: velocity.map(|v| v * per_step),
                 force: contact.force,
                 reference,
                 softness,
