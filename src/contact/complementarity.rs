@@ -286,14 +286,54 @@ pub fn all_push<const N: usize>(a: &[f64], b: &[f64], f: &mut [f64]) -> bool {
 mod tests {
     use super::*;
 
+    /// Numbers between −1 and 1, always the same.
+    fn sequence() -> impl FnMut() -> f64 {
+        let mut seed = 1u64;
+        move || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 33) as f64 / (1u64 << 30) as f64 - 1.0
+        }
+    }
+
+    /// A star and the same matrix written out must give the same forces, whoever pushes.
+    #[test]
+    fn a_star_is_the_matrix_it_stands_for() {
+        let mut random = sequence();
+        for case in 0..300 {
+            let n = 1 + case % 9;
+            let minv: Six = std::array::from_fn(|_| 1.1 + random());
+            let spokes: Vec<Spoke> = (0..n)
+                .map(|_| {
+                    let own = if case % 2 == 0 { 1.1 + random() } else { 0.01 };
+                    Spoke { u: std::array::from_fn(|_| random()), own, inverse: 1.0 / own }
+                })
+                .collect();
+            let mut dense = vec![0.0; n * n];
+            for (i, a) in spokes.iter().enumerate() {
+                for (j, b) in spokes.iter().enumerate() {
+                    dense[i * n + j] = (0..6).map(|k| a.u[k] * minv[k] * b.u[k]).sum();
+                }
+                dense[i * n + i] += a.own;
+            }
+            let b: Vec<f64> = (0..n).map(|_| random() + 0.3).collect();
+            let answer = |matrix: Matrix| {
+                let (mut f, mut product) = (vec![0.0; n], vec![0.0; n]);
+                Complementarity::default().solve(matrix, &b, &mut f, false);
+                matrix.times(&f, &mut product);
+                [f, product].concat()
+            };
+            let (star, dense) = (answer(Matrix::Star(Star { spokes: &spokes, minv })), answer(Matrix::Dense(&dense)));
+            let size = dense.iter().fold(1.0f64, |m, x| m.max(x.abs()));
+            for (a, b) in star.iter().zip(&dense) {
+                assert!((a - b).abs() < 1e-10 * size, "case {case}: {star:?}, written out {dense:?}");
+            }
+        }
+    }
+
     /// Every A, b drawn from a fixed sequence: the answer must satisfy the definition itself.
     #[test]
     fn answers_satisfy_complementarity() {
-        let mut seed = 1u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (seed >> 33) as f64 / (1u64 << 30) as f64 - 1.0
-        };
+        let mut random = sequence();
         for case in 0..500 {
             let n = 1 + case % 8;
             // Rank three plus a small diagonal: four corners of a box.

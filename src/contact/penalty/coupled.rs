@@ -3,8 +3,9 @@
 //! Contacts and joint limits that hang together form an island. The normals of an island are solved at once, as
 //! long as there are not too many of them: if each pair of trees took its turn instead, with the others' forces
 //! given, a stack of three would be unstable at timesteps of 6 ms. In larger islands every pair of trees takes its
-//! turn. Friction takes turns in any case, contact by contact, in alternating order. A joint limit is a normal of
-//! its own, dry friction of a joint a friction of its own with a fixed limit.
+//! turn. Where all meet in one body, as the balls on a tray, their matrix is a [`Star`], which costs little. Friction
+//! takes turns in any case, contact by contact, in alternating order. A joint limit is a normal of its own, dry
+//! friction of a joint a friction of its own with a fixed limit.
 //!
 //! All start from the last step's forces. Turns are what makes normals and friction agree: with two of them a stack
 //! of three starts to rock at timesteps of 8 ms, with four it rests to rounding at 15 ms. Stopping early where
