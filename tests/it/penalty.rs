@@ -197,7 +197,7 @@ fn balls_roll_on_a_tray_that_stays() {
         sim.run(0.5);
         let expected = 5.0 / 7.0 * 9.81 * 10f64.to_radians().sin() * 0.5;
         for (k, v) in sim.state.qvel[..6].iter().enumerate() {
-            assert!(v.abs() < 1e-3, "tray of {tray} kg: qvel[{k}] = {v:e}");
+            assert!(v.abs() < 5e-3, "tray of {tray} kg: qvel[{k}] = {v:e}");
         }
         for v in sim.state.qvel[6..].iter().step_by(6) {
             // A ball rolls on the radius that softness leaves: up to 1 % less, where the tray is light.

@@ -116,7 +116,8 @@ struct Blocks {
     of_tree: Vec<u32>,
 }
 
-/// A contact, after the trees that it touches: as one number, the lower tree in front, `NONE` for what never moves.
+/// A contact, after the trees that it touches: as one number, the lower tree in front, then 1 + the other, or 0 for what
+/// never moves. (So contacts come in order from the start, unless several bodies touch both that and each other.)
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Touch {
     trees: u64,
@@ -150,7 +151,7 @@ impl Blocks {
             if bodies != c.body {
                 bodies = c.body;
                 let [a, b] = bodies.map(|b| model.bodies[b as usize].tree.map_or(NONE, |t| t as u32));
-                let next = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+                let next = u64::from(a.min(b)) << 32 | u64::from(a.max(b).wrapping_add(1));
                 sorted &= trees <= next;
                 trees = next;
             }
@@ -174,7 +175,7 @@ impl Blocks {
                 same &= alike(model, contact, &contacts[next.contact as usize]);
                 end += 1;
             }
-            let trees = [(first.trees >> 32) as u32, first.trees as u32];
+            let trees = [(first.trees >> 32) as u32, (first.trees as u32).wrapping_sub(1)];
             for t in trees.into_iter().filter(|&t| t != NONE) {
                 self.of_tree[t as usize] += 1;
             }
