@@ -30,9 +30,13 @@ type Six = [f64; 6];
 /// Turns of normals and friction per round.
 const TURNS: usize = 4;
 
-/// The same for a star with a hub heavier than what touches it: there friction at one contact hardly stirs the others.
-/// (Nine balls on a tray a hundred times lighter than each rattle with two turns, and do not with four.)
-const STAR_TURNS: usize = 2;
+/// The same for a star with a hub so heavy that friction at one contact hardly stirs the others: to the balls it is as
+/// good as the ground, and one turn is enough, as for a lone body. (Nine balls on a tray a hundred times lighter than
+/// each rattle with two turns, and do not with four.)
+const STAR_TURNS: usize = 1;
+
+/// What share of each compliance a heavy hub leaves to the others, at least.
+const HEAVY: f64 = 0.75;
 
 /// The same where a contact is new and has no friction of the last step to start from.
 const COLD_TURNS: usize = 12;
@@ -84,7 +88,7 @@ struct Group {
 enum Form {
     /// From `a[at]` on.
     Dense { at: usize },
-    /// From `spokes[at]` on. A hub that is heavier than each thing it touches is `steady`.
+    /// From `spokes[at]` on. `steady`: the hub is far heavier than each thing it touches.
     Star { at: usize, minv: Six, steady: bool },
 }
 
@@ -388,7 +392,7 @@ fn add_star(
         let spoke = rows.split(e as usize, hub).and_then(|(u, share)| {
             let own = share + entries[e as usize].softness;
             let whole = rows.own_compliance(e as usize, 0, 0);
-            steady &= share == 0.0 || share > 0.5 * whole;
+            steady &= share == 0.0 || share > HEAVY * whole;
             (own > OWN_SHARE * whole).then_some(Spoke { u, own, inverse: 1.0 / own })
         });
         let Some(spoke) = spoke else {
