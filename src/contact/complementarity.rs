@@ -1,6 +1,6 @@
 //! Normal forces of several contacts at once.
 
-use crate::contact::rows::Six;
+use crate::contact::rows::{Six, dot as along};
 use crate::math::{divide_ldl, factor_ldl};
 
 /// A: how the contacts' accelerations answer to their forces, 1/kg; symmetric and positive definite.
@@ -228,10 +228,6 @@ impl Complementarity {
             }
         }
     }
-}
-
-fn along(a: &Six, b: &Six) -> f64 {
-    (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
 }
 
 /// a · b, summed in four columns, which fill vector registers.

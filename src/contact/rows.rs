@@ -71,18 +71,14 @@ pub const NONE: u32 = u32::MAX;
 
 const EMPTY: Part = Part { tree: NONE, start: 0, len: 0, at: 0 };
 
+/// a · b, even and odd places apart: two numbers in a register.
 #[inline(always)]
-fn dot(a: &Six, b: &Six) -> f64 {
+pub fn dot(a: &Six, b: &Six) -> f64 {
     (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
 }
 
 fn dots<'a>(a: impl Iterator<Item = &'a Six>, b: impl Iterator<Item = &'a Six>) -> f64 {
     a.zip(b).map(|(a, b)| dot(a, b)).sum()
-}
-
-/// J M⁻¹ Jᵀ of two rows.
-fn product(a: &[Row], b: &[Row]) -> f64 {
-    dots(a.iter().map(|r| &r.j), b.iter().map(|r| &r.m))
 }
 
 impl Part {
@@ -231,35 +227,7 @@ impl Rows {
         self.contacts.push(ContactRows { parts: [part, EMPTY], dim: 1 });
     }
 
-    /// J_k · x along N directions of contact `c`, from `first` on; `x` is the velocity or acceleration of the trees.
-    #[inline(always)]
-    fn along<const N: usize>(&self, c: usize, first: usize, x: &[Six]) -> [f64; N] {
-        // Even and odd places apart: two numbers in a register.
-        let mut sum = [[0.0; 2]; N];
-        for part in &self.contacts[c].parts {
-            match part.len {
-                0 => {}
-                // A free body: the common case, without a loop over sixes.
-                1 => {
-                    let (rows, x) = (&self.all[part.start as usize + first..][..N], &x[part.at as usize]);
-                    for k in 0..N {
-                        for i in 0..6 {
-                            sum[k][i % 2] += rows[k].j[i] * x[i];
-                        }
-                    }
-                }
-                _ => {
-                    for k in 0..N {
-                        let row = self.all[part.row(first + k)].iter().map(|r| &r.j);
-                        sum[k][0] += dots(row, x[part.tree_sixes()].iter());
-                    }
-                }
-            }
-        }
-        sum.map(|s| s[0] + s[1])
-    }
-
-    /// Velocities along all directions of contact c; zero beyond its last.
+    /// Velocities along all directions of contact c, m/s and rad/s; zero beyond its last.
     #[inline(always)]
     pub fn velocities(&self, c: usize) -> Six {
         let ContactRows { parts, dim } = &self.contacts[c];
@@ -276,17 +244,32 @@ impl Rows {
         sum
     }
 
-    /// Velocity along direction k of contact c.
-    #[inline(always)]
-    pub fn velocity(&self, c: usize, k: usize) -> f64 {
-        let [v] = self.along(c, k, &self.vel);
-        v
-    }
-
-    /// Accelerations along N directions of contact c, from `first` on, with the forces pushed so far.
+    /// Accelerations along N directions of contact c, from `first` on, with the forces pushed so far: m/s², rad/s².
     #[inline(always)]
     pub fn accelerations<const N: usize>(&self, c: usize, first: usize) -> [f64; N] {
-        self.along(c, first, &self.acc)
+        // Even and odd places apart: two numbers in a register.
+        let mut sum = [[0.0; 2]; N];
+        for part in &self.contacts[c].parts {
+            match part.len {
+                0 => {}
+                // A free body: the common case, without a loop over sixes.
+                1 => {
+                    let (rows, x) = (&self.all[part.start as usize + first..][..N], &self.acc[part.at as usize]);
+                    for k in 0..N {
+                        for i in 0..6 {
+                            sum[k][i % 2] += rows[k].j[i] * x[i];
+                        }
+                    }
+                }
+                _ => {
+                    for k in 0..N {
+                        let row = self.all[part.row(first + k)].iter().map(|r| &r.j);
+                        sum[k][0] += dots(row, self.acc[part.tree_sixes()].iter());
+                    }
+                }
+            }
+        }
+        sum.map(|s| s[0] + s[1])
     }
 
     /// Whether a tree feels both contacts.
@@ -321,7 +304,7 @@ impl Rows {
         match a.len {
             0 => 0.0,
             1 => dot(&self.all[a.start as usize + k].j, &self.all[b.start as usize + l].m),
-            _ => product(&self.all[a.row(k)], &self.all[b.row(l)]),
+            _ => dots(self.all[a.row(k)].iter().map(|r| &r.j), self.all[b.row(l)].iter().map(|r| &r.m)),
         }
     }
 
@@ -360,8 +343,8 @@ impl Rows {
         }
     }
 
-    /// Turns the accelerations of the trees that have rows into `data.qacc`, and the change of acceleration of trees that are not free
-    /// bodies into the force behind it:
+    /// Turns the accelerations of the trees that have rows into `data.qacc`, and the change of acceleration of trees
+    /// that are not free bodies into the force behind it:
     ///
     ///     qfrc_constraint = M (qacc − qacc_smooth)
     pub fn finish(&self, model: &Model, data: &mut Data) {

@@ -69,12 +69,13 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
         // Normal.
         let inverse_mass: f64 = contact.body.iter().map(|&b| model.bodies[b as usize].invweight0[0]).sum();
         let (k, damping) = spring_damper(model, mix, inverse_mass, method.timestep);
-        let normal = k * depth + damping * (-rows.velocity(c, 0)).max(0.0);
+        let v = rows.velocities(c);
+        let normal = k * depth + damping * (-v[0]).max(0.0);
         let mut force = [normal, 0.0, 0.0, 0.0, 0.0, 0.0];
 
         // Sliding, spinning, rolling.
         if dim >= 3 {
-            let (v1, v2) = (rows.velocity(c, 1), rows.velocity(c, 2));
+            let (v1, v2) = (v[1], v[2]);
             let speed = v1.hypot(v2);
             let mu = model.tutorial.mu.unwrap_or(mix.friction[0]);
             let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
@@ -84,10 +85,10 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
             }
         }
         if dim >= 4 {
-            force[3] = -mix.friction[2] * normal * sign(rows.velocity(c, 3));
+            force[3] = -mix.friction[2] * normal * sign(v[3]);
         }
         if dim >= 6 {
-            let (w1, w2) = (rows.velocity(c, 4), rows.velocity(c, 5));
+            let (w1, w2) = (v[4], v[5]);
             let speed = w1.hypot(w2);
             if speed > 0.0 {
                 let torque = -model.tutorial.mu_roll.unwrap_or(mix.friction[3]) * normal / speed;

@@ -302,7 +302,7 @@ impl Cone {
     #[inline]
     fn curvature_of_pyramid(&self, x: &Spread) -> Curvature {
         let d = self.d[0];
-        // How many edges push, and per friction direction the sum and the difference of its two edges.
+        // D for each edge that pushes; per friction direction the sum and the difference of its two edges.
         let mut diagonal = [0.0; 6];
         let mut arrow = [0.0; 6];
         let mut skew = false;

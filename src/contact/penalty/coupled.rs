@@ -35,11 +35,11 @@ const TURNS: usize = 4;
 /// tray a hundred times lighter than each shake it at 0.5 m/s with two turns and steps of 10 ms, at 0.1 m/s with four.
 const STAR_TURNS: usize = 1;
 
-/// What share of each compliance a heavy hub leaves to the others, at least.
-const HEAVY: f64 = 0.75;
-
 /// The same where a contact is new and has no friction of the last step to start from.
 const COLD_TURNS: usize = 12;
+
+/// What share of each compliance a heavy hub leaves to the other body, at least.
+const HEAVY: f64 = 0.75;
 
 /// Most normals that are solved at once.
 const MOST_AT_ONCE: usize = 64;
@@ -206,7 +206,7 @@ impl Coupled {
             let e = self.entries.len();
             self.rows.push_joint(model, &state.qvel, data, row.dof, &row.entries[..row.n]);
             let inverse = self.rows.own_compliance(e, 0, 0);
-            let velocity = self.rows.velocity(e, 0);
+            let velocity = self.rows.velocities(e)[0];
             self.entries.push(Entry {
                 source,
                 dim: 1,
@@ -392,6 +392,7 @@ fn add_star(
         let spoke = rows.split(e as usize, hub).and_then(|(u, share)| {
             let own = share + entries[e as usize].softness;
             let whole = rows.own_compliance(e as usize, 0, 0);
+            // What never moves has no share, and nothing that the hub could stir.
             steady &= share == 0.0 || share > HEAVY * whole;
             (own > OWN_SHARE * whole).then_some(Spoke { u, own, inverse: 1.0 / own })
         });

@@ -345,6 +345,8 @@ impl<const L: usize> Points<L> {
     /// Lets all contacts slide at once, if none of them sticks: while each has all the friction it can have, none has to
     /// wait for what the others leave, and the numbers of all lie side by side. Returns whether they do.
     ///
+    ///     f ← μ f_n g / |g|,   g = f − s / (h λ)      N, with s/h = drift + acceleration (m/s²), as in [`friction`]
+    ///
     /// Looks closer only where the first one slid in the last step.
     #[inline(always)]
     fn slide_at_once<const DIM: usize>(
