@@ -66,6 +66,8 @@ pub struct Data {
 
     // Contacts.
     pub contacts: Vec<Contact>,
+    /// Runs of contacts between the same two bodies; all contacts, in order.
+    pub meetings: Vec<Meeting>,
     pub detect: Scratch,
 
     // Result.
@@ -132,6 +134,24 @@ pub struct Contact {
     /// Force on geom 1: normal, two tangential (N); torsional, two rolling (N m); in `frame`. Zero until the
     /// contact law has run.
     pub force: [f64; 6],
+}
+
+/// Contacts between the same two bodies that follow one another in the list.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// As in [`Contact`].
+    pub body: [u32; 2],
+    /// Indices into `data.contacts`: the first, and one beyond the last.
+    pub start: u32,
+    pub end: u32,
+    /// Whether all of them share one mix and one frame, as those with a plane do.
+    pub alike: bool,
+}
+
+impl Meeting {
+    pub fn contacts(&self) -> std::ops::Range<usize> {
+        self.start as usize..self.end as usize
+    }
 }
 
 /// What a step did: proof that it did no more than the scene requires.
@@ -216,6 +236,7 @@ impl Data {
             crb: vec![Inertia::default(); n],
             stages: Stages::new(model.nq, model.nv, size),
             contacts: Vec::with_capacity(detect::room(model)),
+            meetings: Vec::with_capacity(detect::room(model)),
             detect: Scratch::default(),
             qacc: zeros.clone(),
             qfrc_constraint: zeros,

@@ -17,8 +17,9 @@ pub const MIN_VAL: f64 = 1e-15;
 /// A quaternion from [w, x, y, z], normalised; a zero quaternion becomes the identity, as in MuJoCo.
 #[inline]
 pub fn quat(wxyz: &[f64]) -> Quat {
-    let q = nalgebra::Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
-    let square = q.norm_squared();
+    let [w, x, y, z] = [wxyz[0], wxyz[1], wxyz[2], wxyz[3]];
+    let q = nalgebra::Quaternion::new(w, x, y, z);
+    let square = (w * w + y * y) + (x * x + z * z);
     // |q|² − 1 is twice |q| − 1: no root is needed to see that a quaternion is fine.
     if (square - 1.0).abs() <= 2.0 * MIN_VAL {
         Quat::new_unchecked(q)
@@ -81,19 +82,20 @@ pub fn vec3(s: &[f64]) -> Vec3 {
 pub fn cross(v: &Vec3) -> Mat3 {
     Mat3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }
+
 /// H = L D Lᵀ of a symmetric positive definite H, of which only the lower triangle counts: L below the diagonal (on it
 /// are ones), 1/D on it.
-#[inline]
-pub fn factor_ldl(h: &mut [[f64; 6]; 6]) {
-    for j in 0..6 {
+#[inline(always)]
+pub fn factor_ldl<const N: usize>(h: &mut [[f64; N]; N]) {
+    for j in 0..N {
         let inverse = 1.0 / h[j][j];
-        for i in j + 1..6 {
+        for i in j + 1..N {
             let l = h[i][j] * inverse;
             for k in j + 1..=i {
                 h[i][k] -= l * h[k][j];
             }
         }
-        for i in j + 1..6 {
+        for i in j + 1..N {
             h[i][j] *= inverse;
         }
         h[j][j] = inverse;
@@ -101,17 +103,17 @@ pub fn factor_ldl(h: &mut [[f64; 6]; 6]) {
 }
 
 /// x = (L D Lᵀ)⁻¹ x
-#[inline]
-pub fn divide_ldl(l: &[[f64; 6]; 6], x: &mut [f64; 6]) {
-    for j in 0..6 {
-        for i in j + 1..6 {
+#[inline(always)]
+pub fn divide_ldl<const N: usize>(l: &[[f64; N]; N], x: &mut [f64; N]) {
+    for j in 0..N {
+        for i in j + 1..N {
             x[i] -= l[i][j] * x[j];
         }
     }
-    for i in 0..6 {
+    for i in 0..N {
         x[i] *= l[i][i];
     }
-    for j in (0..6).rev() {
+    for j in (0..N).rev() {
         for i in 0..j {
             x[i] -= l[j][i] * x[j];
         }

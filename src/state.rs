@@ -1,6 +1,8 @@
 //! All that is needed to resume a simulation bit for bit.
 
+use crate::contact::Start;
 use crate::data::Data;
+use crate::forward::Method;
 use crate::math::Vec6;
 use crate::model::Model;
 
@@ -16,7 +18,7 @@ pub struct State {
     pub ctrl: Vec<f64>,
     /// Force (N) and torque (N m) on each body at its centre of mass, world axes (nbody); or empty: none.
     pub xfrc_applied: Vec<Vec6>,
-    /// Acceleration of the last step (nv): where the `mujoco` law's solver starts.
+    /// Acceleration of the last step (nv): where the `mujoco` law's solver starts. Other laws leave it alone.
     pub qacc_warmstart: Vec<f64>,
     /// Contact forces of the last step: where the `penalty` law starts.
     pub warm: Vec<Warm>,
@@ -58,13 +60,18 @@ impl State {
         warm.clone_from(&other.warm);
     }
 
-    /// Keeps what the next step's contact law starts from: the acceleration and the contact forces just found.
-    pub fn remember(&mut self, data: &Data) {
-        self.qacc_warmstart.copy_from_slice(&data.qacc);
+    /// Keeps what the next step's contact law starts from, and nothing else.
+    pub fn remember(&mut self, method: &Method, data: &Data) {
         self.warm.clear();
-        self.warm.reserve(data.contacts.capacity());
-        // Without a normal force there is no friction either.
-        let pushing = data.contacts.iter().filter(|c| c.force[0] != 0.0);
-        self.warm.extend(pushing.map(|c| Warm { geom: c.geom, feature: c.feature, force: c.force }));
+        match method.contact.start {
+            Start::Nothing => {}
+            Start::Acceleration => self.qacc_warmstart.copy_from_slice(&data.qacc),
+            Start::Forces => {
+                self.warm.reserve(data.contacts.capacity());
+                // Without a normal force there is no friction either.
+                let pushing = data.contacts.iter().filter(|c| c.force[0] != 0.0);
+                self.warm.extend(pushing.map(|c| Warm { geom: c.geom, feature: c.feature, force: c.force }));
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::sweep::Sweep;
 use super::{Hit, Hits, MAX_HITS, Placed, frame};
-use crate::data::{Contact, Counts, Data};
+use crate::data::{Contact, Data, Meeting};
 use crate::math::{Mat3, Vec3};
 use crate::model::{Bound, GeomKind, Model, Pair};
 
@@ -23,17 +23,23 @@ pub fn room(model: &Model) -> usize {
 
 /// Finds all contacts, in MuJoCo's order: by body pair, then by geom pair.
 ///
-/// Reads: `geom_xpos`, `geom_xmat`. Writes: `contacts` (all but the forces), `counts`.
+/// Reads: `geom_xpos`, `geom_xmat`. Writes: `contacts` (all but the forces), `meetings`, `counts`.
 pub fn detect(model: &Model, data: &mut Data) {
-    let Data { geom_xpos, geom_xmat, contacts, counts, detect: Scratch { hits, sweep }, .. } = data;
+    let Data { geom_xpos, geom_xmat, contacts, meetings, counts, detect: Scratch { hits, sweep }, .. } = data;
     contacts.clear();
+    meetings.clear();
     if !(model.opt.flags.contact && model.opt.flags.constraint) {
         return;
     }
     let pairs = if model.pairs.swept.is_empty() { &model.pairs.listed } else { sweep.near(model, geom_xpos) };
     for pair in pairs {
         if !apart(pair, geom_xpos, geom_xmat) {
-            collide(model, pair, geom_xpos, geom_xmat, hits, contacts, counts);
+            counts.pairs += 1;
+            let start = contacts.len();
+            let frames = collide(model, pair, geom_xpos, geom_xmat, hits, contacts);
+            if frames > 0 {
+                join(contacts, start, frames == 1, meetings);
+            }
         }
     }
     counts.contacts += contacts.len();
@@ -56,16 +62,15 @@ fn collide(
     xmat: &[Mat3],
     hits: &mut Hits,
     contacts: &mut Vec<Contact>,
-    counts: &mut Counts,
-) {
+) -> usize {
     let [a, b] = pair.geom.map(|g| Placed { size: &model.geoms[g].size, pos: &xpos[g], mat: &xmat[g] });
     let mix = &model.mixes[pair.mix];
     hits.clear();
     (pair.collider)(&a, &b, mix.margin + mix.gap, hits);
-    counts.pairs += 1;
     let body = pair.geom.map(|g| model.bodies[model.geoms[g].body].weld as u32);
-    let (mut last, mut axes) = (None, Mat3::zeros());
-    for hit in hits.as_slice() {
+    let geom = pair.geom.map(|g| g as u32);
+    let (mut last, mut axes, mut frames) = (None, Mat3::zeros(), 0);
+    contacts.extend(hits.as_slice().iter().map(|hit| {
         // Points of one plane share their frame.
         if last.is_none_or(|last| !same_frame(last, hit)) {
             axes = if mix.condim > 1 {
@@ -74,17 +79,26 @@ fn collide(
                 Mat3::from_rows(&[hit.normal.transpose(), Vec3::zeros().transpose(), Vec3::zeros().transpose()])
             };
             last = Some(hit);
+            frames += 1;
         }
-        contacts.push(Contact {
-            geom: pair.geom.map(|g| g as u32),
-            body,
-            mix: pair.mix as u32,
-            feature: hit.feature,
-            dist: hit.dist,
-            pos: hit.pos,
-            frame: axes,
-            force: [0.0; 6],
-        });
+        let (Hit { dist, pos, feature, .. }, mix) = (*hit, pair.mix as u32);
+        Contact { geom, body, mix, feature, dist, pos, frame: axes, force: [0.0; 6] }
+    }));
+    frames
+}
+
+/// Adds the contacts from `start` on, those of one pair, to the last meeting, or begins a new one.
+///
+/// In: `alike` whether they are in one frame.
+fn join(contacts: &[Contact], start: usize, alike: bool, meetings: &mut Vec<Meeting>) {
+    let (first, end) = (&contacts[start], contacts.len() as u32);
+    match meetings.last_mut().filter(|m| m.body == first.body) {
+        Some(last) => {
+            let its = &contacts[last.start as usize];
+            last.alike &= alike && its.mix == first.mix && its.frame == first.frame;
+            last.end = end;
+        }
+        None => meetings.push(Meeting { body: first.body, start: start as u32, end, alike }),
     }
 }
 

@@ -243,39 +243,39 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sum[0] + sum[2]) + (sum[1] + sum[3]) + rest
 }
 
-/// f from A f = b if all N contacts push; says whether they do.
-///
-///     A = L D Lᵀ with L unit lower triangular:   y_ij = l_ij d_j = a_ij − Σ_k y_ik l_jk,   d_i = a_ii − Σ_j y_ij l_ij
-pub fn all_push<const N: usize>(a: &[f64], b: &[f64], f: &mut [f64]) -> bool {
-    let mut l = [[0.0; N]; N];
-    let mut inverse = [0.0; N];
-    let mut x: [f64; N] = std::array::from_fn(|i| b[i]);
-    for i in 0..N {
-        let mut pivot = a[i * N + i];
-        for j in 0..i {
-            let mut y = a[i * N + j];
-            for k in 0..j {
-                y -= l[k][i] * l[j][k];
+/// The factor of A for N contacts that all push, as they mostly do: few enough for loops of fixed length.
+pub struct AllPush<const N: usize>([[f64; N]; N]);
+
+impl<const N: usize> AllPush<N> {
+    /// Nothing if A is singular but for rounding. In: `a(i, j)` the elements of A on and below its diagonal.
+    #[inline(always)]
+    pub fn new(a: impl Fn(usize, usize) -> f64) -> Option<AllPush<N>> {
+        let mut l = [[0.0; N]; N];
+        for i in 0..N {
+            for j in 0..=i {
+                l[i][j] = a(i, j);
             }
-            // L below the diagonal, y above it.
-            l[j][i] = y;
-            l[i][j] = y * inverse[j];
-            pivot -= y * l[i][j];
-            x[i] -= l[i][j] * x[j];
         }
-        if pivot <= 1e-15 * a[i * N + i] {
-            return false;
-        }
-        inverse[i] = 1.0 / pivot;
+        let own: [f64; N] = std::array::from_fn(|i| l[i][i]);
+        factor_ldl(&mut l);
+        let sound = |i: usize| (l[i][i] > 0.0) & (own[i] * l[i][i] < 1e15);
+        (0..N).fold(true, |all, i| all & sound(i)).then_some(AllPush(l))
     }
-    for i in (0..N).rev() {
-        x[i] *= inverse[i];
-        for j in i + 1..N {
-            x[i] -= l[j][i] * x[j];
-        }
+
+    /// f from A f = b; nothing if some contact would have to pull.
+    #[inline(always)]
+    pub fn forces(&self, b: &[f64; N]) -> Option<[f64; N]> {
+        let mut f = *b;
+        divide_ldl(&self.0, &mut f);
+        f.iter().fold(true, |all, f| all & (*f >= 0.0)).then_some(f)
     }
-    f[..N].copy_from_slice(&x);
-    x.iter().all(|x| *x >= 0.0)
+}
+
+/// [`AllPush`] for a row-major A; says whether they do.
+fn all_push<const N: usize>(a: &[f64], b: &[f64], f: &mut [f64]) -> bool {
+    let b = std::array::from_fn(|i| b[i]);
+    let forces = AllPush::<N>::new(|i, j| a[i * N + j]).and_then(|factor| factor.forces(&b));
+    forces.inspect(|x| f.copy_from_slice(x)).is_some()
 }
 
 #[cfg(test)]

@@ -23,9 +23,19 @@ pub struct Law {
     pub about: &'static str,
     /// Whether it also enforces joint limits and dry friction of joints.
     pub joints: bool,
+    /// What of the last step it starts from.
+    pub start: Start,
     /// Reads `data.contacts`, `data.movers`, `data.qacc_smooth`; writes `data.qacc`, `data.qfrc_constraint` and
     /// the forces in `data.contacts`.
     pub solve: fn(&Model, &Method, &State, &mut Data),
+}
+
+/// What a step leaves for the contact law of the next one; see [`State::remember`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    Nothing,
+    Acceleration,
+    Forces,
 }
 
 /// The default comes first.

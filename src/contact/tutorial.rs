@@ -22,7 +22,7 @@
 
 use super::impedance;
 use super::rows::NONE;
-use super::{Law, surface_points};
+use super::{Law, Start, surface_points};
 use crate::data::Data;
 use crate::forward::Method;
 use crate::model::{Mix, Model};
@@ -32,6 +32,7 @@ pub static LAW: Law = Law {
     name: "tutorial",
     about: "the course's penalty law: k d + c max(0, -v), tanh friction",
     joints: false,
+    start: Start::Nothing,
     solve,
 };
 

@@ -87,10 +87,9 @@ pub fn accelerate(
         mover.acc = join(&(acc - xmat * w.cross(&w.cross(&free.com))), &alpha);
         generalized(free, xmat, &mover.acc)
     };
-    for i in 0..6 {
-        data.qacc_smooth[tree.dofs.start + i] = qacc[i];
-        data.qacc[tree.dofs.start + i] = qacc[i];
-    }
+    let dofs = tree.dofs.start..tree.dofs.start + 6;
+    data.qacc_smooth[dofs.clone()].copy_from_slice(qacc.as_slice());
+    data.qacc[dofs].copy_from_slice(qacc.as_slice());
 }
 
 /// Acceleration (or impulse response) of the free joint from that of its mover.

@@ -78,7 +78,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     }
     // Once more at the answer, so that `data` shows the end of the step.
     residual(model, method, state, &newton.v, &mut trial, data, &mut newton.residual);
-    state.remember(data);
+    state.remember(method, data);
     state.qvel.copy_from_slice(&trial.qvel);
     state.qpos.copy_from_slice(&trial.qpos);
     state.time += h;

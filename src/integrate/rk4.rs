@@ -1,4 +1,5 @@
 use super::{Integrator, add_scaled, displace};
+use crate::contact::Start;
 use crate::data::Data;
 use crate::forward::{Method, forward};
 use crate::math::{Vec3, vec3};
@@ -32,7 +33,7 @@ const WEIGHT: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let (h, time) = (method.timestep, state.time);
     forward(model, method, state, data);
-    state.remember(data);
+    state.remember(method, data);
     let Data { stages: s, qacc, .. } = data;
     s.qpos.copy_from_slice(&state.qpos);
     s.qvel.copy_from_slice(&state.qvel);
@@ -60,8 +61,10 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     displace(model, &mut state.qpos, &s.vel, h);
     state.qvel.copy_from_slice(&s.qvel);
     add_scaled(&mut state.qvel, h, &s.acc);
-    // As MuJoCo: its solver starts from the last stage.
-    state.qacc_warmstart.copy_from_slice(&data.qacc);
+    if method.contact.start == Start::Acceleration {
+        // As MuJoCo: its solver starts from the last stage.
+        state.qacc_warmstart.copy_from_slice(&data.qacc);
+    }
     state.time = time + h;
 }
 

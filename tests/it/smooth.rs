@@ -1,6 +1,6 @@
 //! Motion without contact: against MuJoCo stage by stage, against itself in other words, and against exactness.
 
-use penny::contact::Law;
+use penny::contact::{Law, Start};
 use penny::data::Data;
 use penny::dynamics::energy::{energy, momentum};
 use penny::dynamics::{jacobian, kinematics, smooth, solve_m, xipos};
@@ -12,8 +12,13 @@ use penny::state::State;
 use serde_json::Value;
 
 /// Scenes here touch nothing: this law must never be asked.
-const NO_LAW: Law =
-    Law { name: "none", about: "", joints: true, solve: |_, _, _, _| panic!("a contact law ran without contacts") };
+const NO_LAW: Law = Law {
+    name: "none",
+    about: "",
+    joints: true,
+    start: Start::Nothing,
+    solve: |_, _, _, _| panic!("a contact law ran without contacts"),
+};
 
 fn model(xml: &str) -> Model {
     match penny::parse("test.xml", xml) {

@@ -19,8 +19,8 @@ pub mod solver;
 
 use std::mem;
 
-use crate::contact::Law;
 use crate::contact::forest::Forest;
+use crate::contact::{Law, Start};
 use crate::data::{Contact, Data, Mover};
 use crate::dynamics;
 use crate::forward::Method;
@@ -36,6 +36,7 @@ pub static LAW: Law = Law {
     name: "mujoco",
     about: "MuJoCo's soft constraints: the same forces as MuJoCo to rounding, by Newton's method on a convex problem",
     joints: true,
+    start: Start::Acceleration,
     solve,
 };
 

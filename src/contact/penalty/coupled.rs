@@ -14,7 +14,7 @@
 use std::ops::Range;
 
 use super::drive::{Recipes, eigenvalues, friction, inverse_mass, piece};
-use super::{Block, Blocks, Touch};
+use super::{Block, Blocks};
 use crate::contact::complementarity::{Complementarity, Matrix, Spoke, Star};
 use crate::contact::forest::Forest;
 use crate::contact::mujoco::rows::{DofRow, dry_friction, limits};
@@ -121,7 +121,8 @@ enum Source {
 /// Solves all blocks that are not lone, joint limits and dry friction.
 ///
 /// Reads: state, movers, qacc_smooth, contacts (with the last step's forces). Writes: forces of the contacts,
-/// qacc and qfrc_constraint of the trees involved.
+/// qacc and qfrc_constraint of the trees involved. Not inlined: the loop over lone bodies stays small.
+#[inline(never)]
 pub fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     let mut scratch = std::mem::take(&mut data.penalty);
     scratch.coupled.solve(model, method, state, &scratch.recipes, &scratch.blocks, data);
@@ -141,7 +142,7 @@ impl Coupled {
         self.rows.begin(model);
         self.entries.clear();
         for block in blocks.all.iter().filter(|b| !b.lone) {
-            self.add_contacts(model, method, state, recipes, blocks, block, data);
+            self.add_contacts(model, method, state, recipes, block, data);
         }
         self.add_joints(model, method, state, data);
         data.counts.rows += self.entries.iter().map(|e| e.dim).sum::<usize>();
@@ -171,28 +172,30 @@ impl Coupled {
         method: &Method,
         state: &State,
         recipes: &Recipes,
-        blocks: &Blocks,
         block: &Block,
         data: &Data,
     ) {
         let per_step = 1.0 / method.timestep;
-        for &Touch { contact: c, .. } in &blocks.touches[block.range()] {
-            let contact = &data.contacts[c as usize];
+        for c in block.contacts() {
+            let contact = &data.contacts[c];
             let recipe = recipes.of(contact);
+            if !recipe.reaches(contact) {
+                continue;
+            }
             let e = self.entries.len();
             let rows = &mut self.rows;
             rows.push(model, &state.qvel, data, contact, recipe.dim, surface_points(contact, model));
             let inverse =
                 if model.opt.flags.diagexact { rows.own_compliance(e, 0, 0) } else { inverse_mass(model, contact) };
             let velocity = rows.velocities(e);
-            let (reference, softness) = recipe.normal(contact.dist, velocity[0], inverse);
+            let d = recipe.impedance(contact.dist);
             self.entries.push(Entry {
-                source: Source::Contact(c),
+                source: Source::Contact(c as u32),
                 dim: recipe.dim,
                 drift: velocity.map(|v| v * per_step),
                 force: contact.force,
-                reference,
-                softness,
+                reference: recipe.reference(d, contact.dist, velocity[0]),
+                softness: recipe.softness(d, inverse),
                 per_limit: recipe.per_limit,
                 stiff: eigenvalues(recipe.dim, |k, l| rows.own_compliance(e, k, l)).map(|x| 1.0 / x),
             });

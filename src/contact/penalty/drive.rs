@@ -17,7 +17,7 @@ pub struct Recipe {
     pub per_limit: [f64; 5],
     solimp: [f64; 5],
     spring: Reference,
-    pub margin: f64,
+    margin: f64,
     /// What MuJoCo's pyramid does to R at rest; 1 for other contacts.
     stiffening: f64,
 }
@@ -60,14 +60,30 @@ impl Recipe {
         }
     }
 
-    /// The acceleration that spring and damper ask for (m/s²), and the softness R (1/kg).
-    ///
-    /// In: `velocity` along the normal, m/s; `inverse_mass` A of the normal row or MuJoCo's estimate of it, 1/kg.
+    /// Whether a contact pushes, or is merely near.
     #[inline(always)]
-    pub fn normal(&self, dist: f64, velocity: f64, inverse_mass: f64) -> (f64, f64) {
-        let r = dist - self.margin;
-        let d = impedance(&self.solimp, r);
-        (self.spring.acceleration(d, r, velocity), regularisation(d, inverse_mass) * self.stiffening)
+    pub fn reaches(&self, contact: &Contact) -> bool {
+        contact.dist < self.margin
+    }
+
+    /// Impedance d at a distance.
+    #[inline(always)]
+    pub fn impedance(&self, dist: f64) -> f64 {
+        impedance(&self.solimp, dist - self.margin)
+    }
+
+    /// The acceleration that spring and damper ask for, m/s².
+    ///
+    /// In: `d` from [`Recipe::impedance`]; `velocity` along the normal, m/s.
+    #[inline(always)]
+    pub fn reference(&self, d: f64, dist: f64, velocity: f64) -> f64 {
+        self.spring.acceleration(d, dist - self.margin, velocity)
+    }
+
+    /// R of the normal, 1/kg. In: `inverse_mass` A of the normal row or MuJoCo's estimate of it, 1/kg.
+    #[inline(always)]
+    pub fn softness(&self, d: f64, inverse_mass: f64) -> f64 {
+        regularisation(d, inverse_mass) * self.stiffening
     }
 }
 

@@ -1,27 +1,31 @@
 //! A free body that touches one plane, or one other thing that never moves: the inner loop of most scenes.
 //!
 //! All contacts of such a body share one frame D (rows: normal n and two tangents s and t, towards the body) and one
-//! recipe. In the coordinates of D everything is short. The point at r from the centre of mass has
+//! recipe. In the coordinates of D everything is short. The point at r = (x, y, z) from the centre of mass has
 //!
 //!     velocity  v + ω × r,     acceleration  a + α × r                     (m/s and m/s²; J̇ qvel is omitted)
 //!
-//! and a force f and a torque τ there change the body's acceleration by
+//! and a force f = (f_n, f_s, f_t) and a torque τ there change the body's acceleration by
 //!
-//!     a += f / m,     α += W (r × f + τ),     W = D I⁻¹ Dᵀ
+//!     a += f / m,     α += W (r × f + τ),     W = D I⁻¹ Dᵀ,     r × f = (y f_t − z f_s,  z f_n − x f_t,  x f_s − y f_n)
 //!
 //! So normals at r and q feel each other by
 //!
-//!     A = 1/m + (r × n)ᵀ W (q × n),     with r = (x, y, z):  r × n = (0, z, −y),  r × s = (−z, 0, x),  r × t = (y, −x, 0)
+//!     A = 1/m + (r × n)ᵀ W (q × n)
+//!
+//! and friction at r answers to itself by
+//!
+//!     A_ss = 1/m + z² W_nn − 2 x z W_nt + x² W_tt,          A_tt = 1/m + y² W_nn − 2 x y W_ns + x² W_ss,
+//!     A_st = x (z W_ns + y W_nt) − y z W_nn − x² W_st
 //!
 //! Spinning and rolling are the body's own α, the same at every contact.
 //!
 //! The contacts' numbers lie side by side in arrays of L lanes, so that the loops over them have a fixed length and
 //! fill vector registers. Lanes beyond the last contact stay empty.
 
-use super::Touch;
 use super::drive::{Recipe, friction, inverse_mass, largest_eigenvalue};
 use crate::collision::frame;
-use crate::contact::complementarity::{Complementarity, Matrix, all_push};
+use crate::contact::complementarity::{AllPush, Complementarity, Matrix};
 use crate::data::{Contact, Mover};
 use crate::forward::Method;
 use crate::math::{Mat3, Vec3, Vec6};
@@ -41,32 +45,43 @@ pub struct Task<'a> {
     pub model: &'a Model,
     pub method: &'a Method,
     pub recipe: &'a Recipe,
-    /// Its contacts, at most [`MOST`].
-    pub touches: &'a [Touch],
     pub mover: &'a Mover,
 }
 
 impl Task<'_> {
-    /// Solves for the forces of the contacts, all in one frame and of one recipe.
+    /// Solves for the forces of the contacts, at most [`MOST`], all in one frame and of one recipe.
     ///
     /// In:  contacts with the last step's forces.
-    /// Out: the change of the body's acceleration, to be added to `mover.acc`, and the number of linear systems
+    /// Out: the change of the body's acceleration, to be added to `mover.acc`; the number of rows and of linear systems
     ///      solved. Writes the contacts' forces.
-    pub fn solve(&self, contacts: &mut [Contact], solver: &mut Complementarity) -> (Vec6, usize) {
-        match self.touches.len() {
-            1 => self.solve_lanes::<1>(contacts, solver),
-            2 => self.solve_lanes::<2>(contacts, solver),
-            3..=4 => self.solve_lanes::<4>(contacts, solver),
-            _ => self.solve_lanes::<MOST>(contacts, solver),
+    pub fn solve(&self, contacts: &mut [Contact], solver: &mut Complementarity) -> (Vec6, usize, usize) {
+        // Which of them push.
+        let (mut all, mut n) = ([0; MOST], 0);
+        for (i, contact) in contacts.iter().enumerate().take(MOST) {
+            all[n] = i;
+            n += usize::from(self.recipe.reaches(contact));
         }
+        let touches = &all[..n];
+        let (change, solves) = match n {
+            1 => self.solve_lanes::<1>(contacts, touches, solver),
+            2 => self.solve_lanes::<2>(contacts, touches, solver),
+            3..=4 => self.solve_lanes::<4>(contacts, touches, solver),
+            _ => self.solve_lanes::<MOST>(contacts, touches, solver),
+        };
+        (change, n * self.recipe.dim, solves)
     }
 
-    fn solve_lanes<const L: usize>(&self, contacts: &mut [Contact], solver: &mut Complementarity) -> (Vec6, usize) {
+    fn solve_lanes<const L: usize>(
+        &self,
+        contacts: &mut [Contact],
+        touches: &[usize],
+        solver: &mut Complementarity,
+    ) -> (Vec6, usize) {
         match self.recipe.dim {
-            1 => self.solve_dim::<L, 1>(contacts, solver),
-            3 => self.solve_dim::<L, 3>(contacts, solver),
-            4 => self.solve_dim::<L, 4>(contacts, solver),
-            _ => self.solve_dim::<L, 6>(contacts, solver),
+            1 => self.solve_dim::<L, 1>(contacts, touches, solver),
+            3 => self.solve_dim::<L, 3>(contacts, touches, solver),
+            4 => self.solve_dim::<L, 4>(contacts, touches, solver),
+            _ => self.solve_dim::<L, 6>(contacts, touches, solver),
         }
     }
 
@@ -74,35 +89,39 @@ impl Task<'_> {
     fn solve_dim<const L: usize, const DIM: usize>(
         &self,
         contacts: &mut [Contact],
+        touches: &[usize],
         solver: &mut Complementarity,
     ) -> (Vec6, usize) {
-        let body = Body::new::<DIM>(self.model, self.method, self.mover, &contacts[self.touches[0].contact as usize]);
-        let smooth = body.motion(&self.mover.acc);
+        // A processor works at what comes after the factorization while it waits for its divisions.
+        let body = Body::new::<DIM>(self.model, self.mover, &contacts[0]);
+        let mut points = Points::<L, DIM>::new(self, contacts, touches, &body);
+        let factor = points.factor(&body);
+        let (smooth, velocity) = (body.motion(&self.mover.acc), body.motion(&self.mover.vel));
+        points.drive(self.recipe, &body, &velocity);
+        let drift = velocity.times(1.0 / self.method.timestep);
         let mut acc = smooth;
-        let mut points = Points::<L>::empty();
-        points.fill::<DIM>(self, contacts, &body);
         // The last step's friction acts from the start.
-        points.push_friction::<DIM>(&body, &mut acc);
+        points.push_friction(&body, &mut acc);
         let mut solves = 0;
         let (mut round, mut rounds) = (0, self.method.rounds);
         while round < rounds {
             if round > 0 {
                 points.push_normals(&body, -1.0, &mut acc);
             }
-            solves += points.solve_normals(&body, &acc, solver);
+            solves += points.solve_normals(&body, &factor, &acc, solver);
             points.push_normals(&body, 1.0, &mut acc);
             if round == 0 && DIM > 1 && points.any_starts() {
                 rounds *= COLD_ROUNDS;
             }
-            if !points.slide_at_once::<DIM>(self.method, self.recipe, &body, &mut acc) {
+            if !points.slide_at_once(self.method, self.recipe, &body, &drift, &mut acc) {
                 for i in 0..points.n {
-                    points.slip::<DIM>(i, self.method, self.recipe, &body, &mut acc);
+                    points.slip(i, self.method, self.recipe, &body, &drift, &mut acc);
                 }
             }
             round += 1;
         }
-        for (i, touch) in self.touches.iter().enumerate().take(L) {
-            contacts[touch.contact as usize].force = std::array::from_fn(|k| points.force[k][i]);
+        for (i, &touch) in touches.iter().enumerate().take(L) {
+            contacts[touch].force = std::array::from_fn(|k| if k < DIM { points.force[k][i] } else { 0.0 });
         }
         let minus = |a: Three, b: Three| Vec3::new(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
         let linear = body.frame.tr_mul(&minus(acc.linear, smooth.linear));
@@ -121,42 +140,40 @@ struct Body {
     inverse_mass: f64,
     /// W
     w: [Three; 3],
-    velocity: Motion,
-    /// Angular velocity per timestep, rad/s².
-    drift: Three,
     /// 1/λ of spinning and of rolling, kg m².
     stiff: [f64; 2],
 }
 
-/// Velocity or acceleration of the body.
+/// Velocity or acceleration of the body; or its *drift*, the velocity per timestep (m/s², rad/s²), which is what friction
+/// would have to stop.
 #[derive(Clone, Copy)]
 struct Motion {
     linear: Three,
     angular: Three,
 }
 
-/// The contacts.
-struct Points<const L: usize> {
+/// The contacts: L of them, each with DIM rows.
+struct Points<const L: usize, const DIM: usize> {
     n: usize,
-    /// Those that did not push in the last step.
-    new: [bool; L],
     /// r, m.
     arm: [[f64; L]; 3],
-    /// Velocity along the normal, m/s; and along s and t, per timestep: m/s².
-    approach: [f64; L],
-    drift: [[f64; L]; 2],
-    force: [[f64; L]; 6],
-    /// W (r × n), W (r × s), W (r × t): angular acceleration per force.
-    turn: [[[f64; L]; 3]; 3],
-    /// a_ref of the normal (m/s²) and R (1/kg).
-    reference: [f64; L],
+    force: [[f64; L]; DIM],
+    /// The last step's normal force: zero for contacts that are new.
+    before: [f64; L],
+    /// m
+    dist: [f64; L],
+    /// Impedance d, and R of the normal (1/kg).
+    impedance: [f64; L],
     softness: [f64; L],
+    /// a_ref of the normal, m/s².
+    reference: [f64; L],
     /// 1/λ of the sliding rows, kg.
     stiff: [f64; L],
 }
 
 impl Body {
-    fn new<const DIM: usize>(model: &Model, method: &Method, mover: &Mover, contact: &Contact) -> Body {
+    #[inline(always)]
+    fn new<const DIM: usize>(model: &Model, mover: &Mover, contact: &Contact) -> Body {
         let sign = if model.bodies[contact.body[1] as usize].tree.is_some() { 1.0 } else { -1.0 };
         // A frictionless contact comes without tangents, which tilting needs nevertheless.
         let frame = if DIM > 1 { contact.frame } else { frame(&contact.frame.row(0).transpose(), &Vec3::zeros()) };
@@ -170,175 +187,192 @@ impl Body {
         let spinning = if DIM >= 4 { 1.0 / xx } else { 0.0 };
         let rolling = if DIM >= 6 { 1.0 / largest_eigenvalue(yy, zz, yz) } else { 0.0 };
         let w = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-        let velocity = Motion { linear: [0.0; 3], angular: [0.0; 3] };
-        let (com, inverse_mass) = (mover.com, mover.minv[0]);
-        let (drift, stiff) = ([0.0; 3], [spinning, rolling]);
-        let mut body = Body { com, frame, axes, inverse_mass, w, velocity, drift, stiff };
-        body.velocity = body.motion(&mover.vel);
-        if DIM >= 4 {
-            body.drift = body.velocity.angular.map(|w| w / method.timestep);
-        }
-        body
+        Body { com: mover.com, frame, axes, inverse_mass: mover.minv[0], w, stiff: [spinning, rolling] }
     }
 
     /// The mover's velocity or acceleration, in the frame.
+    #[inline(always)]
     fn motion(&self, six: &Vec6) -> Motion {
         let linear = self.frame * Vec3::new(six[0], six[1], six[2]);
         let angular = self.axes * Vec3::new(six[3], six[4], six[5]);
         Motion { linear: linear.into(), angular: angular.into() }
     }
-}
 
-impl<const L: usize> Points<L> {
-    fn empty() -> Points<L> {
-        Points {
-            n: 0,
-            new: [false; L],
-            arm: [[0.0; L]; 3],
-            approach: [0.0; L],
-            drift: [[0.0; L]; 2],
-            force: [[0.0; L]; 6],
-            turn: [[[0.0; L]; 3]; 3],
-            reference: [0.0; L],
-            softness: [0.0; L],
-            stiff: [0.0; L],
-        }
+    /// W (r × n), its part along s and t: the angular acceleration that a normal force of 1 N at `arm` causes.
+    #[inline(always)]
+    fn tilt(&self, [_, y, z]: Three) -> [f64; 2] {
+        [self.w[1][1] * z - self.w[1][2] * y, self.w[1][2] * z - self.w[2][2] * y]
     }
 
-    /// Everything about the contacts that the rounds need, with the last step's friction; normals start from nothing.
+    /// A between the normal at `arm` and one that causes `tilt`, 1/kg.
     #[inline(always)]
-    fn fill<const DIM: usize>(&mut self, task: &Task, contacts: &[Contact], body: &Body) {
-        let p = self;
-        p.n = task.touches.len().min(L);
-        for (i, touch) in task.touches.iter().enumerate().take(L) {
-            let contact = &contacts[touch.contact as usize];
-            // The body's own surface lies half the penetration beyond the contact point, along the normal.
-            let arm = body.frame * (contact.pos - body.com);
-            (p.arm[0][i], p.arm[1][i], p.arm[2][i]) = (arm.x + 0.5 * contact.dist, arm.y, arm.z);
-            p.new[i] = contact.force[0] == 0.0;
-            for k in 1..DIM {
-                p.force[k][i] = contact.force[k];
-            }
-        }
-        let (w, m) = (&body.w, body.inverse_mass);
+    fn compliance(&self, [_, y, z]: Three, tilt: [f64; 2]) -> f64 {
+        self.inverse_mass + z * tilt[0] - y * tilt[1]
+    }
+}
+
+impl<const L: usize, const DIM: usize> Points<L, DIM> {
+    /// Where the contacts are, how soft they are, and the last step's forces.
+    #[inline(always)]
+    fn new(task: &Task, contacts: &[Contact], touches: &[usize], body: &Body) -> Self {
+        let n = touches.len().min(L);
+        // Empty lanes look like the last contact, but without forces.
+        let of = |i: usize| &contacts[touches[i.min(n - 1)]];
+        let (mut at, mut dist, mut force) = ([[0.0; L]; 3], [0.0; L], [[0.0; L]; DIM]);
         for i in 0..L {
-            let [x, y, z] = lane(&p.arm, i);
-            for j in 0..3 {
-                p.turn[0][j][i] = w[j][1] * z - w[j][2] * y;
-                p.turn[1][j][i] = w[j][2] * x - w[j][0] * z;
-                p.turn[2][j][i] = w[j][0] * y - w[j][1] * x;
-            }
-            let (s, t) = (lane(&p.turn[1], i), lane(&p.turn[2], i));
-            let off = x * t[2] - z * t[0];
-            p.stiff[i] = 1.0 / largest_eigenvalue(m + x * s[2] - z * s[0], m + y * t[0] - x * t[1], off);
-            let [n, s, t] = body.velocity.at([x, y, z]);
-            p.approach[i] = n;
-            (p.drift[0][i], p.drift[1][i]) = (s / task.method.timestep, t / task.method.timestep);
+            let contact = of(i);
+            (0..3).for_each(|k| at[k][i] = contact.pos[k] - body.com[k]);
+            dist[i] = contact.dist;
+            (0..DIM).for_each(|k| force[k][i] = if i < n { contact.force[k] } else { 0.0 });
         }
-        let exact = task.model.opt.flags.diagexact;
+        let before = force[0];
+        let mut arm = [[0.0; L]; 3];
+        for i in 0..L {
+            for k in 0..3 {
+                let [a, b, c] = [body.frame[(k, 0)], body.frame[(k, 1)], body.frame[(k, 2)]];
+                arm[k][i] = a * at[0][i] + b * at[1][i] + c * at[2][i];
+            }
+            // The body's own surface lies half the penetration beyond the contact point, along the normal.
+            arm[0][i] += 0.5 * dist[i];
+        }
+        let (mut impedance, mut softness) = ([0.0; L], [0.0; L]);
         let (mut geom, mut inverse) = ([u32::MAX; 2], 0.0);
-        for (i, touch) in task.touches.iter().enumerate().take(L) {
-            let contact = &contacts[touch.contact as usize];
-            if exact {
-                inverse = p.compliance(body, i, i);
+        for i in 0..L {
+            let contact = of(i);
+            if task.model.opt.flags.diagexact {
+                inverse = body.compliance(lane(&arm, i), body.tilt(lane(&arm, i)));
             } else if geom != contact.geom {
                 (geom, inverse) = (contact.geom, inverse_mass(task.model, contact));
             }
-            (p.reference[i], p.softness[i]) = task.recipe.normal(contact.dist, p.approach[i], inverse);
+            impedance[i] = task.recipe.impedance(dist[i]);
+            softness[i] = task.recipe.softness(impedance[i], inverse);
         }
+        Points { n, arm, force, before, dist, impedance, softness, reference: [0.0; L], stiff: [0.0; L] }
     }
 
-    /// A between the normals of two contacts, 1/kg.
+    /// The element of A + R between the normals i and j, 1/kg.
     #[inline(always)]
-    fn compliance(&self, body: &Body, i: usize, j: usize) -> f64 {
-        body.inverse_mass + self.arm[2][i] * self.turn[0][1][j] - self.arm[1][i] * self.turn[0][2][j]
+    fn element(&self, body: &Body, i: usize, j: usize) -> f64 {
+        let soft = if i == j { self.softness[i] } else { 0.0 };
+        body.compliance(lane(&self.arm, i), body.tilt(lane(&self.arm, j))) + soft
+    }
+
+    /// A + R of the normals, factored; nothing where there are fewer contacts than lanes.
+    #[inline(always)]
+    fn factor(&self, body: &Body) -> Option<AllPush<L>> {
+        if self.n == L { AllPush::new(|i, j| self.element(body, i, j)) } else { None }
+    }
+
+    /// What drives the contacts: a_ref of the normals, 1/λ of the sliding rows.
+    #[inline(always)]
+    fn drive(&mut self, recipe: &Recipe, body: &Body, velocity: &Motion) {
+        let ([[nn, ns, nt], [_, ss, st], [_, _, tt]], m) = (body.w, body.inverse_mass);
+        for i in 0..L {
+            let [approach, ..] = velocity.at(lane(&self.arm, i));
+            self.reference[i] = recipe.reference(self.impedance[i], self.dist[i], approach);
+        }
+        for i in 0..L {
+            if DIM > 1 {
+                let [x, y, z] = lane(&self.arm, i);
+                let own_s = m + z * (z * nn - 2.0 * x * nt) + x * x * tt;
+                let own_t = m + y * (y * nn - 2.0 * x * ns) + x * x * ss;
+                let off = z * (x * ns - y * nn) + x * (y * nt - x * st);
+                self.stiff[i] = 1.0 / largest_eigenvalue(own_s, own_t, off);
+            }
+        }
     }
 
     /// Finds the normal forces, friction given; none of them acts yet. Returns the number of systems solved.
     #[inline(always)]
-    fn solve_normals(&mut self, body: &Body, acc: &Motion, solver: &mut Complementarity) -> usize {
+    fn solve_normals(
+        &mut self,
+        body: &Body,
+        factor: &Option<AllPush<L>>,
+        acc: &Motion,
+        solver: &mut Complementarity,
+    ) -> usize {
         let mut b = [0.0; L];
         for i in 0..L {
             b[i] = self.reference[i] - acc.at(lane(&self.arm, i))[0];
         }
-        if L == 1 {
-            self.force[0][0] = (b[0] / (self.compliance(body, 0, 0) + self.softness[0])).max(0.0);
+        if let Some(f) = factor.as_ref().and_then(|factor| factor.forces(&b)) {
+            self.force[0] = f;
             return 1;
         }
-        let mut a = [[0.0; L]; L];
-        for i in 0..L {
-            for j in 0..L {
-                a[i][j] = self.compliance(body, i, j);
-            }
-            a[i][i] += self.softness[i];
+        let n = self.n;
+        let mut dense = [[0.0; L]; L];
+        let dense = &mut dense.as_flattened_mut()[..n * n];
+        for (k, element) in dense.iter_mut().enumerate() {
+            *element = self.element(body, k / n, k % n);
         }
-        for empty in self.n..L {
-            a.iter_mut().for_each(|row| row[empty] = 0.0);
-            a[empty] = [0.0; L];
-            a[empty][empty] = 1.0;
-            b[empty] = 0.0;
-        }
-        if all_push::<L>(a.as_flattened(), &b, &mut self.force[0]) {
-            return 1;
-        }
-        solver.solve(Matrix::Dense(a.as_flattened()), &b, &mut self.force[0], false)
+        solver.solve(Matrix::Dense(dense), &b[..n], &mut self.force[0][..n], false)
     }
 
     /// Whether any contact pushes that did not in the last step.
     #[inline(always)]
     fn any_starts(&self) -> bool {
-        (0..L).any(|i| self.new[i] && self.force[0][i] > 0.0)
+        (0..L).fold(false, |any, i| any | (self.before[i] == 0.0) & (self.force[0][i] > 0.0))
     }
 
     /// Lets the normal forces act, times `sign`.
     #[inline(always)]
     fn push_normals(&self, body: &Body, sign: f64, acc: &mut Motion) {
-        for i in 0..L {
-            let f = sign * self.force[0][i];
-            acc.linear[0] += f * body.inverse_mass;
-            acc.turn(f, lane(&self.turn[0], i));
+        let (f, [_, y, z]) = (&self.force[0], &self.arm);
+        acc.linear[0] += sign * total(f) * body.inverse_mass;
+        let (s, t) = (sign * product(f, z), sign * product(f, y));
+        for k in 0..3 {
+            acc.angular[k] += s * body.w[k][1] - t * body.w[k][2];
         }
     }
 
     /// Lets the friction forces act.
     #[inline(always)]
-    fn push_friction<const DIM: usize>(&self, body: &Body, acc: &mut Motion) {
-        for k in 1..DIM {
-            for i in 0..L {
-                let f = self.force[k][i];
-                if k < 3 {
-                    acc.linear[k] += f * body.inverse_mass;
-                    acc.turn(f, lane(&self.turn[k], i));
-                } else {
-                    acc.turn(f, body.w[k - 3]);
-                }
-            }
+    fn push_friction(&self, body: &Body, acc: &mut Motion) {
+        if DIM >= 3 {
+            self.push_sliding(body, &self.force[1], &self.force[2], acc);
+        }
+        for k in 3..DIM {
+            acc.turn(total(&self.force[k]), &body.w[k - 3]);
+        }
+    }
+
+    /// Lets forces along s and t act at the contacts.
+    #[inline(always)]
+    fn push_sliding(&self, body: &Body, f: &[f64; L], g: &[f64; L], acc: &mut Motion) {
+        let [x, y, z] = &self.arm;
+        acc.linear[1] += total(f) * body.inverse_mass;
+        acc.linear[2] += total(g) * body.inverse_mass;
+        let n: [f64; L] = std::array::from_fn(|i| y[i] * g[i] - z[i] * f[i]);
+        let torque = [total(&n), product(x, g), product(x, f)];
+        for (acc, w) in acc.angular.iter_mut().zip(&body.w) {
+            *acc += torque[0] * w[0] - torque[1] * w[1] + torque[2] * w[2];
         }
     }
 
     /// Lets friction at contact i oppose the slip, the normal given. Rolling and spinning first: sliding has the last
     /// word.
     #[inline(always)]
-    fn slip<const DIM: usize>(&mut self, i: usize, method: &Method, recipe: &Recipe, body: &Body, acc: &mut Motion) {
-        let (drift, turn) = (&body.drift, &acc.angular);
+    fn slip(&mut self, i: usize, method: &Method, recipe: &Recipe, body: &Body, drift: &Motion, acc: &mut Motion) {
+        let (spin, turn) = (&drift.angular, &acc.angular);
         if DIM >= 6 {
             let along = [turn[1], turn[2]];
-            let [f, g] = self.change::<2, 4>(i, method, recipe, body.stiff[1], [drift[1], drift[2]], along);
-            acc.turn(f, body.w[1]);
-            acc.turn(g, body.w[2]);
+            let [f, g] = self.change::<2, 4>(i, method, recipe, body.stiff[1], [spin[1], spin[2]], along);
+            acc.turn(f, &body.w[1]);
+            acc.turn(g, &body.w[2]);
         }
         if DIM >= 4 {
-            let [f] = self.change::<1, 3>(i, method, recipe, body.stiff[0], [drift[0]], [acc.angular[0]]);
-            acc.turn(f, body.w[0]);
+            let [f] = self.change::<1, 3>(i, method, recipe, body.stiff[0], [spin[0]], [acc.angular[0]]);
+            acc.turn(f, &body.w[0]);
         }
         if DIM >= 3 {
-            let [_, along_s, along_t] = acc.at(lane(&self.arm, i));
-            let drift = [self.drift[0][i], self.drift[1][i]];
-            let [f, g] = self.change::<2, 1>(i, method, recipe, self.stiff[i], drift, [along_s, along_t]);
+            let [x, y, z] = lane(&self.arm, i);
+            let ([_, s, t], [_, drift_s, drift_t]) = (acc.at([x, y, z]), drift.at([x, y, z]));
+            let [f, g] = self.change::<2, 1>(i, method, recipe, self.stiff[i], [drift_s, drift_t], [s, t]);
             acc.linear[1] += f * body.inverse_mass;
             acc.linear[2] += g * body.inverse_mass;
-            acc.turn(f, lane(&self.turn[1], i));
-            acc.turn(g, lane(&self.turn[2], i));
+            acc.turn(y * g - z * f, &body.w[0]);
+            acc.turn(-x * g, &body.w[1]);
+            acc.turn(x * f, &body.w[2]);
         }
     }
 
@@ -349,11 +383,12 @@ impl<const L: usize> Points<L> {
     ///
     /// Looks closer only where the first one slid in the last step.
     #[inline(always)]
-    fn slide_at_once<const DIM: usize>(
+    fn slide_at_once(
         &mut self,
         method: &Method,
         recipe: &Recipe,
         body: &Body,
+        drift: &Motion,
         acc: &mut Motion,
     ) -> bool {
         if L == 1 || DIM != 3 || method.integrator.implicit {
@@ -367,36 +402,30 @@ impl<const L: usize> Points<L> {
         if share2(self.force[1][0], self.force[2][0]) <= 0.9 * normal[0] * normal[0] {
             return false;
         }
-        let (mut next, mut all) = ([[0.0; L]; 2], true);
+        let slip = Motion {
+            linear: std::array::from_fn(|k| drift.linear[k] + acc.linear[k]),
+            angular: std::array::from_fn(|k| drift.angular[k] + acc.angular[k]),
+        };
+        let (mut f, mut g, mut share) = ([0.0; L], [0.0; L], [0.0; L]);
         for i in 0..L {
-            let [_, s, t] = acc.at(lane(&self.arm, i));
-            next[0][i] = self.force[1][i] - (self.drift[0][i] + s) * self.stiff[i];
-            next[1][i] = self.force[2][i] - (self.drift[1][i] + t) * self.stiff[i];
+            let [_, s, t] = slip.at(lane(&self.arm, i));
+            f[i] = self.force[1][i] - s * self.stiff[i];
+            g[i] = self.force[2][i] - t * self.stiff[i];
+            share[i] = share2(f[i], g[i]);
         }
-        for i in 0..self.n {
-            all &= share2(next[0][i], next[1][i]) > normal[i] * normal[i];
-        }
-        if !all {
+        if (0..self.n).any(|i| share[i] <= normal[i] * normal[i]) {
             return false;
         }
         for i in 0..L {
             // Empty lanes have no normal force.
-            let share2 = share2(next[0][i], next[1][i]).max(f64::MIN_POSITIVE);
-            let scale = normal[i] / share2 * share2.sqrt();
-            for (k, next) in next.iter_mut().enumerate() {
-                next[i] *= scale;
-                let change = next[i] - self.force[1 + k][i];
-                self.force[1 + k][i] = next[i];
-                next[i] = change;
-            }
+            let share = share[i].max(f64::MIN_POSITIVE);
+            let scale = normal[i] / share * share.sqrt();
+            (f[i], g[i]) = (f[i] * scale, g[i] * scale);
         }
-        for k in 0..2 {
-            acc.linear[1 + k] += total(&next[k]) * body.inverse_mass;
-        }
-        for j in 0..3 {
-            let (s, t) = (&self.turn[1][j], &self.turn[2][j]);
-            acc.angular[j] += total(&std::array::from_fn::<_, L, _>(|i| next[0][i] * s[i] + next[1][i] * t[i]));
-        }
+        let last = [self.force[1], self.force[2]];
+        (self.force[1], self.force[2]) = (f, g);
+        let change = |new: &[f64; L], last: &[f64; L]| std::array::from_fn(|i| new[i] - last[i]);
+        self.push_sliding(body, &change(&f, &last[0]), &change(&g, &last[1]), acc);
         true
     }
 
@@ -424,14 +453,19 @@ impl<const L: usize> Points<L> {
 impl Motion {
     /// Of the point at `arm`.
     #[inline(always)]
-    fn at(&self, arm: Three) -> Three {
-        let ([x, y, z], w, r) = (self.linear, self.angular, arm);
-        [x + w[1] * r[2] - w[2] * r[1], y + w[2] * r[0] - w[0] * r[2], z + w[0] * r[1] - w[1] * r[0]]
+    fn at(&self, [x, y, z]: Three) -> Three {
+        let (v, w) = (self.linear, self.angular);
+        [v[0] + w[1] * z - w[2] * y, v[1] + w[2] * x - w[0] * z, v[2] + w[0] * y - w[1] * x]
+    }
+
+    #[inline(always)]
+    fn times(&self, s: f64) -> Motion {
+        Motion { linear: self.linear.map(|x| x * s), angular: self.angular.map(|x| x * s) }
     }
 
     /// Adds `f` times `turn`.
     #[inline(always)]
-    fn turn(&mut self, f: f64, turn: Three) {
+    fn turn(&mut self, f: f64, turn: &Three) {
         for k in 0..3 {
             self.angular[k] += f * turn[k];
         }
@@ -446,6 +480,12 @@ fn total<const L: usize>(x: &[f64; L]) -> f64 {
         sum[i % 2] += x[i];
     }
     sum[0] + sum[1]
+}
+
+/// x · y
+#[inline(always)]
+fn product<const L: usize>(x: &[f64; L], y: &[f64; L]) -> f64 {
+    total(&std::array::from_fn::<_, L, _>(|i| x[i] * y[i]))
 }
 
 /// The three numbers of contact i.

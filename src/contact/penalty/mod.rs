@@ -34,55 +34,55 @@ mod coupled;
 mod drive;
 mod lone;
 
-use super::Law;
+use self::drive::Recipes;
 use super::complementarity::Complementarity;
-use crate::data::{Contact, Data};
+use super::{Law, Start};
+use crate::data::{Contact, Data, Meeting};
 use crate::dynamics::free;
 use crate::forward::Method;
-use crate::model::{GeomKind, Model};
+use crate::model::Model;
 use crate::state::{State, Warm};
 
 pub static LAW: Law = Law {
     name: "penalty",
     about: "spring-dampers from solref and solimp, normals solved together, Coulomb friction",
     joints: true,
+    start: Start::Forces,
     solve,
 };
 
 /// What the law keeps between steps to avoid allocation; nothing in it carries over but the recipes.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    recipes: drive::Recipes,
+    recipes: Recipes,
     blocks: Blocks,
     solver: Complementarity,
     coupled: coupled::Coupled,
 }
 
 fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
-    let Data { plan, penalty, contacts, movers, xmat, qacc, counts, .. } = data;
+    let Data { plan, penalty, contacts, meetings, movers, xmat, qacc, counts, .. } = data;
     let Scratch { recipes, blocks, solver, .. } = penalty;
     recipes.refresh(model, method.timestep);
     recall(&state.warm, contacts);
-    blocks.sort(model, recipes, contacts);
+    blocks.sort(model, recipes, contacts, meetings);
     data.qfrc_constraint.fill(0.0);
 
     let mut coupled = plan.joint_rows();
     for block in &blocks.all {
-        let tree = &model.trees[block.trees[0] as usize];
-        let (true, Some(free)) = (block.lone, &tree.free) else {
+        let t = block.trees.0;
+        let (true, Some(free)) = (block.lone, &model.trees[t].free) else {
             coupled = true;
             continue;
         };
-        let root = tree.bodies.start;
-        let touches = &blocks.touches[block.range()];
-        let recipe = recipes.of(&contacts[touches[0].contact as usize]);
-        let task = lone::Task { model, method, recipe, touches, mover: &movers[root] };
-        let (change, solves) = task.solve(contacts, solver);
-        counts.rows += recipe.dim * touches.len();
+        let contacts = &mut contacts[block.contacts()];
+        let (dofs, root) = (model.trees[t].dofs.clone(), model.trees[t].bodies.start);
+        let task = lone::Task { model, method, recipe: recipes.of(&contacts[0]), mover: &movers[root] };
+        let (change, rows, solves) = task.solve(contacts, solver);
+        counts.rows += rows;
         counts.solves += solves;
-        let aligned = plan.aligned[block.trees[0] as usize];
-        let change = if aligned { change } else { free::generalized(free, &xmat[root], &change) };
-        for (qacc, change) in qacc[tree.dofs.clone()].iter_mut().zip(change.iter()) {
+        let change = if plan.aligned[t] { change } else { free::generalized(free, &xmat[root], &change) };
+        for (qacc, change) in qacc[dofs].iter_mut().zip(change.iter()) {
             *qacc += change;
         }
     }
@@ -107,91 +107,54 @@ fn recall(warm: &[Warm], contacts: &mut [Contact]) {
     }
 }
 
-/// The step's contacts that push, those between the same two trees together.
+/// The meetings some of whose contacts push, those between the same two trees one after the other.
 #[derive(Clone, Debug, Default)]
 struct Blocks {
-    touches: Vec<Touch>,
     all: Vec<Block>,
     /// Number of blocks that each tree is part of.
     of_tree: Vec<u32>,
 }
 
-/// A contact, after the trees that it touches: as one number, the lower tree in front, then 1 + the other, or 0 for what
-/// never moves. (So contacts come in order from the start, unless several bodies touch both that and each other.)
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Touch {
-    trees: u64,
-    /// Index into `data.contacts`.
-    contact: u32,
-}
-
-#[derive(Clone, Copy, Debug)]
 struct Block {
+    /// The lower tree, then the other; none where that geom never moves.
+    trees: (usize, Option<usize>),
     start: u32,
     end: u32,
-    trees: [u32; 2],
     /// One free body that touches nothing else that moves, all contacts of one mix and in one frame.
     lone: bool,
 }
 
-const NONE: u32 = u32::MAX;
-
 impl Block {
-    fn range(&self) -> std::ops::Range<usize> {
+    fn contacts(&self) -> std::ops::Range<usize> {
         self.start as usize..self.end as usize
     }
 }
 
 impl Blocks {
-    fn sort(&mut self, model: &Model, recipes: &drive::Recipes, contacts: &[Contact]) {
-        self.touches.clear();
-        let mut sorted = true;
-        let (mut bodies, mut trees) = ([NONE; 2], 0);
-        for (i, c) in (0..).zip(contacts) {
-            if bodies != c.body {
-                bodies = c.body;
-                let [a, b] = bodies.map(|b| model.bodies[b as usize].tree.map_or(NONE, |t| t as u32));
-                let next = u64::from(a.min(b)) << 32 | u64::from(a.max(b).wrapping_add(1));
-                sorted &= trees <= next;
-                trees = next;
+    fn sort(&mut self, model: &Model, recipes: &Recipes, contacts: &[Contact], meetings: &[Meeting]) {
+        let Blocks { all, of_tree } = self;
+        all.clear();
+        of_tree.clear();
+        of_tree.resize(model.trees.len(), 0);
+        for &Meeting { body, start, end, alike } in meetings {
+            let met = &contacts[start as usize..end as usize];
+            let trees = match body.map(|b| model.bodies[b as usize].tree) {
+                [Some(a), Some(b)] => (a.min(b), Some(a.max(b))),
+                [Some(t), None] | [None, Some(t)] => (t, None),
+                [None, None] => continue,
+            };
+            if !met.iter().any(|c| recipes.of(c).reaches(c)) {
+                continue;
             }
-            // Found but not yet within the margin: no force.
-            if c.dist < recipes.of(c).margin {
-                self.touches.push(Touch { trees, contact: i });
-            }
+            of_tree[trees.0] += 1;
+            trees.1.into_iter().for_each(|t| of_tree[t] += 1);
+            let free = trees.1.is_none() && model.trees[trees.0].free.is_some();
+            all.push(Block { trees, start, end, lone: free && alike && met.len() <= lone::MOST });
         }
-        if !sorted {
-            self.touches.sort_unstable();
-        }
-        self.all.clear();
-        self.of_tree.clear();
-        self.of_tree.resize(model.trees.len(), 0);
-        let mut start = 0;
-        while let Some(first) = self.touches.get(start) {
-            let mut end = start + 1;
-            let mut same = true;
-            let contact = &contacts[first.contact as usize];
-            while let Some(next) = self.touches.get(end).filter(|t| t.trees == first.trees) {
-                same &= alike(model, contact, &contacts[next.contact as usize]);
-                end += 1;
-            }
-            let trees = [(first.trees >> 32) as u32, (first.trees as u32).wrapping_sub(1)];
-            for t in trees.into_iter().filter(|&t| t != NONE) {
-                self.of_tree[t as usize] += 1;
-            }
-            let free = trees[1] == NONE && model.trees[trees[0] as usize].free.is_some();
-            let lone = free && same && end - start <= lone::MOST;
-            self.all.push(Block { start: start as u32, end: end as u32, trees, lone });
-            start = end;
-        }
-        for block in &mut self.all {
-            block.lone &= self.of_tree[block.trees[0] as usize] == 1;
+        all.sort_unstable();
+        for block in all {
+            block.lone &= of_tree[block.trees.0] == 1;
         }
     }
-}
-
-/// Whether two contacts of a body share their mix and their frame. Those with one plane do.
-fn alike(model: &Model, a: &Contact, b: &Contact) -> bool {
-    let plane = |c: &Contact| model.geoms[c.geom[0] as usize].kind == GeomKind::Plane;
-    a.geom == b.geom && plane(a) || a.mix == b.mix && a.frame == b.frame
 }
