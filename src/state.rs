@@ -68,9 +68,11 @@ impl State {
             Start::Acceleration => self.qacc_warmstart.copy_from_slice(&data.qacc),
             Start::Forces => {
                 self.warm.reserve(data.contacts.capacity());
-                // Without a normal force there is no friction either.
-                let pushing = data.contacts.iter().filter(|c| c.force[0] != 0.0);
-                self.warm.extend(pushing.map(|c| Warm { geom: c.geom, feature: c.feature, force: c.force }));
+                self.warm.extend(data.contacts.iter().map(|c| Warm {
+                    geom: c.geom,
+                    feature: c.feature,
+                    force: c.force,
+                }));
             }
         }
     }

@@ -110,22 +110,15 @@ pub fn plane_box(plane: &Placed, cuboid: &Placed, margin: f64, out: &mut Hits) {
     if h - rise[0].abs() - rise[1].abs() - rise[2].abs() > margin {
         return;
     }
-    let up = |sign: &[f64; 3]| sign[0] * rise[0] + sign[1] * rise[1] + sign[2] * rise[2];
-    let low = (0..).zip(&CORNER).map(|(corner, sign)| (corner, sign, up(sign)));
-    for (corner, sign, up) in low.filter(|(_, _, up)| *up <= 0.0 && h + up <= margin).take(4) {
-        let x = cuboid.pos + edge[0] * sign[0] + edge[1] * sign[1] + edge[2] * sign[2];
-        out.push(hit(x, &n, h + up, corner));
+    // Height above the centre, and place, of the middles of the four edges along z; half of z leads to their ends.
+    let [x, y, z] = edge;
+    let [left, right] = [cuboid.pos - x, cuboid.pos + x];
+    let middle = [left - y, right - y, left + y, right + y];
+    let rises = [-rise[0] - rise[1], rise[0] - rise[1], -rise[0] + rise[1], rise[0] + rise[1]];
+    let up: [f64; 8] = std::array::from_fn(|c| if c < 4 { rises[c] - rise[2] } else { rises[c - 4] + rise[2] });
+    let low = (0..).zip(up).filter(|(_, up)| (*up <= 0.0) & (h + up <= margin));
+    for (corner, up) in low.take(4) {
+        let end = middle[corner as usize % 4];
+        out.push(hit(if corner < 4 { end - z } else { end + z }, &n, h + up, corner));
     }
 }
-
-/// Signs of a box's corners.
-const CORNER: [[f64; 3]; 8] = [
-    [-1.0, -1.0, -1.0],
-    [1.0, -1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [1.0, -1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-    [1.0, 1.0, 1.0],
-];
