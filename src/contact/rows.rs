@@ -15,6 +15,7 @@ use std::ops::Range;
 
 use crate::data::{Contact, Data, Mover};
 use crate::dynamics;
+use crate::dynamics::spatial::join;
 use crate::math::{Vec3, Vec6};
 use crate::model::{Model, Tree};
 
@@ -31,8 +32,13 @@ pub struct Rows {
     pub contacts: Vec<ContactRows>,
     /// Trees that a contact touches.
     touched: Vec<bool>,
-    /// Scratch: Jacobian columns of one body.
+    /// How articulated trees answer to a push on one of their bodies; see [`Response`]. One a dof of the tree, from
+    /// `response[body]` on; [`NONE`] where there is none yet.
+    responses: Vec<Response>,
+    response: Vec<u32>,
+    /// Scratch: Jacobian columns of one body, and M⁻¹ Jᵀ.
     columns: Vec<Vec6>,
+    answers: Vec<Vec6>,
     dense: Vec<f64>,
 }
 
@@ -43,6 +49,14 @@ struct Row {
     j: Six,
     /// J M⁻¹
     m: Six,
+}
+
+/// What a wrench on a body (N, N m, about the origin of the tree's first body) means to one dof of its tree: the
+/// generalized force that it causes there is `force` · wrench, the acceleration `acceleration` · wrench.
+#[derive(Clone, Copy, Debug)]
+struct Response {
+    force: Six,
+    acceleration: Six,
 }
 
 /// The rows of one contact. The first part belongs to the tree of lower index; the second is empty where the
@@ -102,6 +116,8 @@ impl Rows {
         self.all.clear();
         self.contacts.clear();
         self.touched.fill(false);
+        self.responses.clear();
+        self.response.fill(NONE);
     }
 
     fn lay_out(&mut self, model: &Model) {
@@ -115,8 +131,10 @@ impl Rows {
         self.vel = vec![[0.0; 6]; next as usize];
         self.acc = vec![[0.0; 6]; next as usize];
         self.touched = vec![false; model.trees.len()];
+        self.response = vec![NONE; model.bodies.len()];
         let widest = model.trees.iter().map(|t| t.dofs.len()).max().unwrap_or(0);
         self.columns = vec![Vec6::zeros(); widest];
+        self.answers = vec![Vec6::zeros(); widest];
         self.dense = vec![0.0; widest];
     }
 
@@ -170,6 +188,8 @@ impl Rows {
     }
 
     /// Adds one side's share of the rows of an articulated tree, which start at six `start`.
+    ///
+    /// A direction d at a point whose arm is a pushes as the wrench (d, a × d), or (0, d) if it is an angle.
     fn fill(
         &mut self,
         model: &Model,
@@ -182,24 +202,35 @@ impl Rows {
         point: Vec3,
         start: usize,
     ) {
-        let tree = &model.trees[t];
-        let nv = tree.dofs.len();
-        let len = self.sixes[t].len();
-        dynamics::jacobian(model, data, contact.body[side] as usize, &point, &mut self.columns[..nv]);
+        let (len, nv) = (self.sixes[t].len(), model.trees[t].dofs.len());
+        let first = self.response(model, data, t, contact.body[side] as usize);
+        let arm = point - data.xpos[model.trees[t].bodies.start];
         for k in 0..dim {
             let d = contact.frame.row(k % 3).transpose() * sign;
-            let row = start + k * len;
-            for (i, column) in self.columns[..nv].iter().enumerate() {
-                let part = if k < 3 { column.fixed_rows::<3>(0) } else { column.fixed_rows::<3>(3) };
-                let j = &mut self.all[row + i / 6].j[i % 6];
-                *j += d.dot(&part);
-                self.dense[i] = *j;
-            }
-            dynamics::solve_m(model, data, t, &mut self.dense[..nv]);
-            for (i, x) in self.dense[..nv].iter().enumerate() {
-                self.all[row + i / 6].m[i % 6] = *x;
+            let wrench = if k < 3 { join(&d, &arm.cross(&d)) } else { join(&Vec3::zeros(), &d) }.into();
+            let rows = &mut self.all[start + k * len..][..len];
+            for (row, responses) in rows.iter_mut().zip(self.responses[first..][..nv].chunks(6)) {
+                for ((j, m), response) in row.j.iter_mut().zip(&mut row.m).zip(responses) {
+                    *j += dot(&response.force, &wrench);
+                    *m += dot(&response.acceleration, &wrench);
+                }
             }
         }
+    }
+
+    /// Where the responses of a body begin, which are found when the first contact needs them.
+    fn response(&mut self, model: &Model, data: &Data, t: usize, body: usize) -> usize {
+        if self.response[body] == NONE {
+            let tree = &model.trees[t];
+            let (columns, answers) = (&mut self.columns[..tree.dofs.len()], &mut self.answers[..tree.dofs.len()]);
+            dynamics::jacobian(model, data, body, &data.xpos[tree.bodies.start], columns);
+            answers.copy_from_slice(columns);
+            dynamics::solve_m(model, data, t, answers);
+            self.response[body] = self.responses.len() as u32;
+            let pair = |(j, m): (&Vec6, &Vec6)| Response { force: (*j).into(), acceleration: (*m).into() };
+            self.responses.extend(columns.iter().zip(&*answers).map(pair));
+        }
+        self.response[body] as usize
     }
 
     /// Appends one row on the dofs of a joint: a limit or dry friction.
@@ -212,17 +243,14 @@ impl Rows {
         let len = self.sixes[t].len();
         let start = self.all.len();
         self.all.resize(start + len, Row::default());
-        let nv = tree.dofs.len();
-        self.dense[..nv].fill(0.0);
-        for (i, x) in entries.iter().enumerate() {
-            let at = dof - tree.dofs.start + i;
-            self.dense[at] = *x;
-            self.all[start + at / 6].j[at % 6] = *x;
-        }
-        dynamics::solve_m(model, data, t, &mut self.dense[..nv]);
-        for (i, x) in self.dense[..nv].iter().enumerate() {
-            self.all[start + i / 6].m[i % 6] = *x;
-        }
+        let dense = &mut self.dense[..tree.dofs.len()];
+        dense.fill(0.0);
+        let at = dof - tree.dofs.start;
+        dense[at..at + entries.len()].copy_from_slice(entries);
+        let row = &mut self.all[start..];
+        dense.iter().enumerate().for_each(|(i, x)| row[i / 6].j[i % 6] = *x);
+        dynamics::solve_m(model, data, t, dense);
+        dense.iter().enumerate().for_each(|(i, x)| row[i / 6].m[i % 6] = *x);
         let part = Part { tree: t as u32, start: start as u32, len: len as u32, at: self.sixes[t].start };
         self.contacts.push(ContactRows { parts: [part, EMPTY], dim: 1 });
     }

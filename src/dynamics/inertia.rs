@@ -2,10 +2,12 @@
 //!
 //! Source: Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 6; MuJoCo 4.0 manual, Computation › Inertia.
 
+use std::ops::{Mul, SubAssign};
+
 use super::plan::NONE;
 use super::spatial::Inertia;
 use crate::data::Data;
-use crate::math::{Mat3, mat};
+use crate::math::{Mat3, Vec6, mat};
 use crate::model::{Model, Tree};
 
 /// Inertia of each body of a tree about the origin of its first body.
@@ -77,21 +79,29 @@ pub fn factor(h: &mut [f64], n: usize, first: usize, parent: &[usize]) {
     }
 }
 
+/// What [`solve`] can work on: a number of each dof, or several numbers, solved for at once.
+pub trait Column: Copy + SubAssign + Mul<f64, Output = Self> {}
+
+impl Column for f64 {}
+impl Column for Vec6 {}
+
 /// x ← H⁻¹ x with the factor of [`factor`]: x ← L⁻ᵀ x, then D⁻¹ x, then L⁻¹ x.
-pub fn solve(h: &[f64], n: usize, first: usize, parent: &[usize], x: &mut [f64]) {
-    for k in (0..n).rev() {
-        let mut i = parent[first + k];
+pub fn solve<T: Column>(h: &[f64], n: usize, first: usize, parent: &[usize], x: &mut [T]) {
+    let (h, parent, x) = (&h[..n * n], &parent[first..first + n], &mut x[..n]);
+    for (k, row) in h.chunks_exact(n).enumerate().rev() {
+        let own = x[k];
+        let mut i = parent[k];
         while i != NONE {
-            x[i - first] -= h[k * n + i - first] * x[k];
-            i = parent[i];
+            x[i - first] -= own * row[i - first];
+            i = parent[i - first];
         }
     }
-    for k in 0..n {
-        let mut sum = x[k] * h[k * n + k];
-        let mut i = parent[first + k];
+    for (k, row) in h.chunks_exact(n).enumerate() {
+        let mut sum = x[k] * row[k];
+        let mut i = parent[k];
         while i != NONE {
-            sum -= h[k * n + i - first] * x[i - first];
-            i = parent[i];
+            sum -= x[i - first] * row[i - first];
+            i = parent[i - first];
         }
         x[k] = sum;
     }

@@ -136,8 +136,8 @@ pub fn inertia_matrix(model: &Model, t: usize, data: &mut Data) {
     factor_m(model, t, data);
 }
 
-/// x ← M⁻¹ x for a tree that is not a free body; `x` holds the tree's dofs.
-pub fn solve_m(model: &Model, data: &Data, tree: usize, x: &mut [f64]) {
+/// x ← M⁻¹ x for a tree that is not a free body; `x` holds the tree's dofs, in one column or several side by side.
+pub fn solve_m<T: inertia::Column>(model: &Model, data: &Data, tree: usize, x: &mut [T]) {
     let dofs = &model.trees[tree].dofs;
     inertia::solve(&data.qld[data.m_adr[tree]..], dofs.len(), dofs.start, &data.plan.dof_parent, x);
 }
