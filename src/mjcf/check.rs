@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::cure;
 use super::defaults::{MAIN, ORIENTATIONS};
 use super::document::{Attribute, Document, NodeId, Span};
+use super::doubt;
 use super::error::{Problem, ProblemKind};
-use super::schema::{self, Element, Kind, Rule, Status};
+use super::schema::{self, Doubt, Element, Kind, Rule, Status};
 use super::suggest::nearest;
 
 /// Finds whatever is wrong with the names and values of a document.
@@ -304,47 +306,98 @@ impl Check<'_> {
     }
 
     fn numbers(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize) {
+        if self.separators(attribute, min, max) {
+            return;
+        }
         for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
-            let span = self.document.word_span(attribute, i);
             match word.parse::<f64>() {
-                Err(_) => self.report(ProblemKind::NotANumber { word: word.into() }, span),
-                Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => {
-                    self.report(ProblemKind::NumberTooLarge { word: word.into() }, span);
+                Err(_) => {
+                    let kind = ProblemKind::NotANumber { word: word.into() };
+                    self.wrong(kind, attribute, i, cure::number(word, cure::unit_of(column.unit, i)));
                 }
-                Ok(value) => self.rule(&attribute.name, column.rule, value, word, span),
+                Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => {
+                    let kind = ProblemKind::NumberTooLarge { word: word.into() };
+                    self.wrong(kind, attribute, i, "the largest is about `1.8e308`");
+                }
+                Ok(value) => self.rule(attribute, column, value, word, i),
             }
         }
         self.count(attribute, column, min, max, "number");
     }
 
     fn integers(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize) {
+        if self.separators(attribute, min, max) {
+            return;
+        }
         for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
-            let span = self.document.word_span(attribute, i);
+            let digits = word.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit());
             match word.parse::<i64>() {
-                Err(_) if word.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit()) && word.len() > 9 => {
-                    self.report(ProblemKind::NumberTooLarge { word: word.into() }, span);
+                Ok(value) if i32::try_from(value).is_ok() => self.rule(attribute, column, value as f64, word, i),
+                Err(_) if !digits || word.len() <= 9 => {
+                    let kind = ProblemKind::NotAnInteger { word: word.into() };
+                    self.wrong(kind, attribute, i, cure::integer(word));
                 }
-                Err(_) => self.report(ProblemKind::NotAnInteger { word: word.into() }, span),
-                Ok(value) if i32::try_from(value).is_err() => {
-                    self.report(ProblemKind::NumberTooLarge { word: word.into() }, span);
+                _ => {
+                    let kind = ProblemKind::NumberTooLarge { word: word.into() };
+                    self.wrong(kind, attribute, i, format!("the largest is `{}`", i32::MAX));
                 }
-                Ok(value) => self.rule(&attribute.name, column.rule, value as f64, word, span),
             }
         }
         self.count(attribute, column, min, max, "whole number");
     }
 
-    fn rule(&mut self, attribute: &str, rule: Rule, value: f64, word: &str, span: Span) {
-        let (attribute, word) = (attribute.to_string(), word.to_string());
-        let rule = match rule {
+    /// A problem with the `index`-th word of a value.
+    fn wrong(&mut self, kind: ProblemKind, attribute: &Attribute, index: usize, help: impl Into<String>) {
+        self.problems.push(Problem::new(kind, self.document.word_span(attribute, index)).help(help));
+    }
+
+    /// Reports commas and the like among numbers; `false` if there are none, or if more than that is wrong.
+    fn separators(&mut self, attribute: &Attribute, min: usize, max: usize) -> bool {
+        let strange = |c: char| matches!(c, ',' | ';') || (c.is_whitespace() && !c.is_ascii());
+        if !attribute.value.contains(strange) {
+            return false;
+        }
+        let Some(cure) = cure::separators(&attribute.value, min, max) else {
+            return false;
+        };
+        let kind = ProblemKind::Separators { attribute: attribute.name.clone() };
+        self.problems.push(Problem::new(kind, attribute.value_span).help(cure));
+        true
+    }
+
+    /// What a number must be, and then whether it is likely to be meant.
+    fn rule(&mut self, attribute: &Attribute, column: &schema::Attribute, value: f64, word: &str, index: usize) {
+        let (name, text) = (attribute.name.clone(), word.to_string());
+        let rule = match column.rule {
             Rule::MayBeInfinite if !value.is_nan() => return,
-            _ if !value.is_finite() => return self.report(ProblemKind::NotFinite { attribute, word }, span),
+            _ if !value.is_finite() => {
+                let kind = ProblemKind::NotFinite { attribute: name, word: text };
+                let help = cure::a_number(cure::unit_of(column.unit, index));
+                return self.wrong(kind, attribute, index, help);
+            }
             Rule::Positive if value <= 0.0 => "positive".to_string(),
             Rule::NotNegative if value < 0.0 => "zero or positive".to_string(),
             Rule::OneOf(list) if !list.iter().any(|&n| f64::from(n) == value) => or(list.iter().map(i32::to_string)),
-            _ => return,
+            _ => return self.doubt(attribute, column, word, index),
         };
-        self.report(ProblemKind::OutOfRange { attribute, rule, word }, span);
+        let positive =
+            Some(word.trim_start_matches('-')).filter(|_| value < 0.0 && !matches!(column.rule, Rule::OneOf(_)));
+        let help = positive.map(|word| format!("did you mean `{word}`?")).or_else(|| hint(column));
+        let problem = Problem::new(
+            ProblemKind::OutOfRange { attribute: name, rule, word: text },
+            self.document.word_span(attribute, index),
+        );
+        self.problems.push(Problem { help, ..problem });
+    }
+
+    fn doubt(&mut self, attribute: &Attribute, column: &schema::Attribute, word: &str, index: usize) {
+        if column.doubt == Doubt::None {
+            return;
+        }
+        let all = floats(&attribute.value).unwrap_or_default();
+        if let Some((kind, help)) = doubt::number(column.doubt, &attribute.name, index, word, &all) {
+            self.wrong(kind, attribute, index, help);
+        }
     }
 
     fn count(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize, what: &str) {
@@ -366,12 +419,17 @@ impl Check<'_> {
         }
         let kind = ProblemKind::WrongCount { attribute: attribute.name.clone(), expected, found: found_words };
         let problem = Problem::new(kind, span);
-        self.problems.push(match (column.default, column.unit) {
-            ("", "" | "1") => problem,
-            ("", unit) => problem.help(format!("in {unit}")),
-            (default, "" | "1") => problem.help(format!("the default is `{default}`")),
-            (default, unit) => problem.help(format!("the default is `{default}`, in {unit}")),
-        });
+        self.problems.push(Problem { help: hint(column), ..problem });
+    }
+}
+
+/// What a column says of its numbers: their default and their unit.
+fn hint(column: &schema::Attribute) -> Option<String> {
+    match (column.default, column.unit) {
+        ("", "" | "1") => None,
+        ("", unit) => Some(format!("in {unit}")),
+        (default, "" | "1") => Some(format!("the default is `{default}`")),
+        (default, unit) => Some(format!("the default is `{default}`, in {unit}")),
     }
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::document::{Document, NodeId};
+use super::doubt;
 use super::error::{Problem, ProblemKind};
 use super::schema::{self, Element, Kind};
 
@@ -28,15 +29,17 @@ pub const MAIN: &str = "main";
 
 impl Classes {
     /// Reads all `<default>` sections; what is wrong with their names was reported by [`super::check`].
-    pub fn read(document: &Document, sections: &[NodeId], problems: &mut Vec<Problem>) -> Classes {
+    ///
+    /// `degree`: angles are in degrees.
+    pub fn read(document: &Document, sections: &[NodeId], degree: bool, problems: &mut Vec<Problem>) -> Classes {
         let mut classes = Classes { classes: BTreeMap::from([(MAIN.to_string(), Class::default())]) };
         for &section in sections {
-            classes.class(document, section, MAIN, problems);
+            classes.class(document, section, MAIN, degree, problems);
         }
         classes
     }
 
-    fn class(&mut self, document: &Document, node: NodeId, name: &str, problems: &mut Vec<Problem>) {
+    fn class(&mut self, document: &Document, node: NodeId, name: &str, degree: bool, problems: &mut Vec<Problem>) {
         let (nested, own): (Vec<NodeId>, Vec<NodeId>) =
             document.node(node).children.iter().partition(|&&child| document.node(child).name == "default");
         // First what this class says itself: its children start from that, wherever they stand.
@@ -44,7 +47,11 @@ impl Classes {
             let element = &document.node(child).name;
             if let Some(row) = schema::find("default", element) {
                 let class = self.classes.entry(name.to_string()).or_default();
-                overlay(document, child, row, class.entry(family(element)).or_default(), problems);
+                let values = class.entry(family(element)).or_default();
+                overlay(document, child, row, values, problems);
+                if degree {
+                    doubt::radians(document, child, row, values, problems);
+                }
             }
         }
         for child in nested {
@@ -54,7 +61,7 @@ impl Classes {
             };
             let inherited = self.classes.get(name).cloned().unwrap_or_default();
             self.classes.insert(class.value.clone(), inherited);
-            self.class(document, child, &class.value, problems);
+            self.class(document, child, &class.value, degree, problems);
         }
     }
 

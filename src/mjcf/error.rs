@@ -55,8 +55,8 @@ pub enum ProblemKind {
     CannotRead { file: String, why: String },
     #[error("`{file}` is a folder, not a file")]
     IsFolder { file: String },
-    #[error("`{file}` is not text in UTF-8")]
-    NotUtf8 { file: String },
+    #[error("`{file}` is not text in UTF-8: byte 0x{byte:02X} in line {line}, column {column}")]
+    NotUtf8 { file: String, byte: u8, line: usize, column: usize },
     #[error("`{file}` is larger than 1 GiB")]
     TooLarge { file: String },
     #[error("`{file}` has no element `<mujoco>`")]
@@ -131,6 +131,20 @@ pub enum ProblemKind {
     OutOfRange { attribute: String, rule: String, word: String },
     #[error("`{attribute}` is empty")]
     EmptyValue { attribute: String },
+    #[error("`{attribute}` is not written as MJCF writes numbers")]
+    Separators { attribute: String },
+
+    // Values that are valid, and seldom meant.
+    #[error("`{attribute}` {word} counts as {used}: MuJoCo keeps this number {}", bounds(*low, *high))]
+    Clamped { attribute: String, word: String, used: f64, low: f64, high: f64 },
+    #[error("`{attribute}` {word} counts as {used}, the least that MuJoCo's contacts have")]
+    Raised { attribute: String, word: String, used: String },
+    #[error("`{attribute}` runs from 0 to 1, and pictures cut {word} off")]
+    ColourCut { attribute: String, word: String },
+    #[error("a timestep of {word} s is longer than most motions take")]
+    LongTimestep { word: String },
+    #[error("`{attribute}` looks like radians, but angles are in degrees here")]
+    LooksLikeRadians { attribute: String },
 
     // What Penny leaves out.
     #[error("`{name}` is not supported: {lost}")]
@@ -247,6 +261,12 @@ impl ProblemKind {
             NotFinite { .. } => "not-finite",
             OutOfRange { .. } => "out-of-range",
             EmptyValue { .. } => "empty-value",
+            Separators { .. } => "separators",
+            Clamped { .. } => "clamped",
+            Raised { .. } => "raised",
+            ColourCut { .. } => "colour-cut",
+            LongTimestep { .. } => "long-timestep",
+            LooksLikeRadians { .. } => "looks-like-radians",
             Unsupported { .. } => "unsupported",
             Ignored { .. } => "ignored",
             SeveralOrientations { .. } => "several-orientations",
@@ -289,9 +309,16 @@ impl ProblemKind {
             StrayText { .. } | Ignored { .. } | OrientationLost | RangeLost | PairAtRest | MixedSolref { .. } => {
                 Severity::Warning
             }
+            Clamped { .. } | Raised { .. } | ColourCut { .. } | LongTimestep { .. } | LooksLikeRadians { .. } => {
+                Severity::Warning
+            }
             _ => Severity::Error,
         }
     }
+}
+
+fn bounds(low: f64, high: f64) -> String {
+    if high.is_finite() { format!("between {low} and {high}") } else { format!("at {low} or above") }
 }
 
 fn elsewhere(more: usize) -> String {

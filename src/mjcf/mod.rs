@@ -8,8 +8,10 @@
 
 mod bodies;
 mod check;
+mod cure;
 mod defaults;
 pub mod document;
+mod doubt;
 pub mod error;
 mod item;
 mod parse;

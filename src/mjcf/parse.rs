@@ -24,14 +24,14 @@ pub fn load(path: &Path) -> (Document, Vec<Problem>) {
     let name = path.display().to_string();
     match read_text(path, &name) {
         Ok(text) => parse(&name, &text),
-        Err((kind, valid)) => {
-            let end = valid.len();
-            let document = Document { files: vec![Source { name, text: valid }], nodes: Vec::new() };
-            let problem = Problem::new(kind, Span::new(0, end, end));
-            let problem = match problem.kind {
-                ProblemKind::NotUtf8 { .. } => problem.help("from here on: save it as UTF-8"),
-                _ => problem
-                    .suggest(similar_file(path).map(|near| path.with_file_name(near).display().to_string()).as_deref()),
+        Err(unread) => {
+            let end = unread.valid.len();
+            let document = Document { files: vec![Source { name, text: unread.valid }], nodes: Vec::new() };
+            let problem = Problem::new(unread.kind, Span::new(0, end, end));
+            let near = || Some(path.with_file_name(similar_file(path)?).display().to_string());
+            let problem = match unread.cure {
+                Some(cure) => problem.help(cure),
+                None => problem.suggest(near().as_deref()),
             };
             (document, vec![problem])
         }
@@ -56,11 +56,25 @@ pub fn parse(name: &str, text: &str) -> (Document, Vec<Problem>) {
     (parser.document, parser.problems)
 }
 
-/// The file's text, or what is wrong with it and the part that could be read.
-fn read_text(path: &Path, name: &str) -> Result<String, (ProblemKind, String)> {
+/// Why a file has no text.
+struct Unread {
+    kind: ProblemKind,
+    cure: Option<&'static str>,
+    /// The part that could be read.
+    valid: String,
+}
+
+impl From<ProblemKind> for Unread {
+    fn from(kind: ProblemKind) -> Unread {
+        Unread { kind, cure: None, valid: String::new() }
+    }
+}
+
+/// The file's text, or what is wrong with it.
+fn read_text(path: &Path, name: &str) -> Result<String, Unread> {
     let file = name.to_string();
     if path.is_dir() {
-        return Err((ProblemKind::IsFolder { file }, String::new()));
+        return Err(ProblemKind::IsFolder { file }.into());
     }
     let mut bytes = Vec::new();
     let read = std::fs::File::open(path).and_then(|f| f.take(MAX_BYTES + 1).read_to_end(&mut bytes));
@@ -70,16 +84,32 @@ fn read_text(path: &Path, name: &str) -> Result<String, (ProblemKind, String)> {
             std::io::ErrorKind::PermissionDenied => "permission denied".to_string(),
             _ => error.to_string(),
         };
-        return Err((ProblemKind::CannotRead { file, why }, String::new()));
+        return Err(ProblemKind::CannotRead { file, why }.into());
     }
     if bytes.len() as u64 > MAX_BYTES {
-        return Err((ProblemKind::TooLarge { file }, String::new()));
+        return Err(ProblemKind::TooLarge { file }.into());
     }
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let valid = error.utf8_error().valid_up_to();
-        (ProblemKind::NotUtf8 { file }, String::from_utf8_lossy(&error.as_bytes()[..valid]).into_owned())
-    })?;
+    let text =
+        String::from_utf8(bytes).map_err(|error| not_utf8(file, error.as_bytes(), error.utf8_error().valid_up_to()))?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// `valid`: so many bytes are text.
+fn not_utf8(file: String, bytes: &[u8], valid: usize) -> Unread {
+    let text = Source { name: file, text: String::from_utf8_lossy(&bytes[..valid]).into_owned() };
+    let (line, column) = text.line_column(valid);
+    let kind = ProblemKind::NotUtf8 { file: text.name, byte: bytes[valid], line, column };
+    // UTF-16 begins with a mark. Apart from it no text has bytes 0, and what has some shows no lines worth reading.
+    if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
+        return Unread { cure: Some("it is text in UTF-16: save it as UTF-8"), ..kind.into() };
+    }
+    if bytes.contains(&0) {
+        return Unread {
+            cure: Some("it is no text at all: a scene is an XML file that begins with `<mujoco>`"),
+            ..kind.into()
+        };
+    }
+    Unread { kind, cure: Some("save it as UTF-8"), valid: text.text }
 }
 
 /// A file beside the missing one with nearly its name.
@@ -428,9 +458,13 @@ impl Parser {
             return self.report(ProblemKind::IncludeTwice { file }, place);
         }
         match read_text(&path, &name) {
-            Err((kind, _)) => {
-                let near = similar_file(&path).map(|near| Path::new(&file).with_file_name(near).display().to_string());
-                self.problems.push(Problem::new(kind, place).suggest(near.as_deref()));
+            Err(unread) => {
+                let near = || Some(Path::new(&file).with_file_name(similar_file(&path)?).display().to_string());
+                let problem = Problem::new(unread.kind, place);
+                self.problems.push(match unread.cure {
+                    Some(cure) => problem.help(cure),
+                    None => problem.suggest(near().as_deref()),
+                });
             }
             Ok(text) => {
                 let before = (self.document.node(parent).children.len(), self.problems.len());

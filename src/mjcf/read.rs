@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use super::bodies::Context;
 use super::defaults::{self, Classes, MAIN, Values};
 use super::document::{Document, NodeId, Span};
+use super::doubt;
 use super::error::{Problem, ProblemKind};
 use super::item::Item;
 use super::schema::{self, Element};
@@ -18,10 +19,11 @@ pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> S
     let sections = |name: &str| -> Vec<NodeId> {
         document.node(root).children.iter().copied().filter(|&n| document.node(n).name == name).collect()
     };
-    let classes = Classes::read(document, &sections("default"), problems);
-    let mut reader = Reader { document, problems, inertiafromgeom: None, classes };
+    let mut reader = Reader { document, problems, degree: true, inertiafromgeom: None, classes: Classes::default() };
     let compiler = reader.compiler(&sections("compiler"));
+    reader.degree = compiler.degree;
     reader.inertiafromgeom = compiler.inertiafromgeom;
+    reader.classes = Classes::read(document, &sections("default"), compiler.degree, reader.problems);
     let options = sections("option");
     let mut spec = Spec {
         model_name: document.attribute(root, "model").map_or(String::new(), |a| a.value.clone()),
@@ -52,6 +54,8 @@ pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> S
 pub struct Reader<'a> {
     pub document: &'a Document,
     pub problems: &'a mut Vec<Problem>,
+    /// `<compiler angle>`
+    degree: bool,
     /// `<compiler inertiafromgeom>`
     pub inertiafromgeom: Option<bool>,
     classes: Classes,
@@ -67,8 +71,11 @@ impl Reader<'_> {
         let element = &self.document.node(node).name;
         let row = schema::find(parent, element).filter(|row| !matches!(row.status, schema::Status::Unsupported(..)))?;
         let class = self.document.attribute(node, "class").map_or(class, |a| a.value.as_str());
-        let values = self.classes.values(class, element);
-        Some(self.overlaid(node, row, values))
+        let item = self.overlaid(node, row, self.classes.values(class, element));
+        if self.degree {
+            doubt::radians(self.document, node, row, &item.values, self.problems);
+        }
+        Some(item)
     }
 
     fn overlaid(&mut self, node: NodeId, row: &'static Element, mut values: Values) -> Item {
@@ -161,7 +168,7 @@ impl Reader<'_> {
 
     fn numeric(&mut self, item: &Item) -> Option<Numeric> {
         let name = item.name()?;
-        self.penny_name(item.node, "numeric", &name, PENNY_NUMERICS);
+        self.penny_name(item.node, &name, ("numeric", PENNY_NUMERICS), ("text", PENNY_TEXTS));
         let mut data = item.numbers("data");
         let size = item.number("size") as usize;
         if data.is_empty() && size == 0 {
@@ -188,7 +195,7 @@ impl Reader<'_> {
 
     fn text(&mut self, item: &Item) -> Option<Text> {
         let name = item.name()?;
-        self.penny_name(item.node, "text", &name, PENNY_TEXTS);
+        self.penny_name(item.node, &name, ("text", PENNY_TEXTS), ("numeric", PENNY_NUMERICS));
         let data = item.word("data").to_string();
         if data.is_empty() && item.given("data") {
             let kind = ProblemKind::EmptyValue { attribute: "data".into() };
@@ -197,13 +204,26 @@ impl Reader<'_> {
         Some(Text { node: item.node, name, data })
     }
 
-    fn penny_name(&mut self, node: NodeId, what: &str, name: &str, known: &[&'static str]) {
+    /// A name that is to mean something to Penny does: among those of its own element, else perhaps of the other.
+    fn penny_name(
+        &mut self,
+        node: NodeId,
+        name: &str,
+        (what, known): (&str, &[&'static str]),
+        (other, others): (&str, &[&'static str]),
+    ) {
         if name.starts_with("penny.") && !known.contains(&name) {
             let kind = ProblemKind::UnknownPennyName { what: what.into(), name: name.into() };
             let problem = Problem::new(kind, self.document.value_span(node, "name"));
-            let cure = match nearest(name, known.iter().copied()) {
-                Some(near) => problem.suggest(Some(near)),
-                None => problem.help(format!("there is {}", known.join(", "))),
+            let near = |names: &[&'static str]| nearest(name, names.iter().copied());
+            let cure = if others.contains(&name) {
+                problem.help(format!("it is a {other}: write `<{other} name=\"{name}\" data=…/>`"))
+            } else if let Some(near) = near(known) {
+                problem.suggest(Some(near))
+            } else if let Some(near) = near(others) {
+                problem.help(format!("did you mean `<{other} name=\"{near}\" data=…/>`?"))
+            } else {
+                problem.help(format!("there is {}", known.join(", ")))
             };
             self.problems.push(cure);
         }

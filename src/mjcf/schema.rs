@@ -29,6 +29,7 @@ pub struct Attribute {
     /// For people; the reader does not convert.
     pub unit: &'static str,
     pub rule: Rule,
+    pub doubt: Doubt,
     pub status: Status,
     pub required: bool,
     /// May stand in a `<default>` class.
@@ -60,6 +61,21 @@ pub enum Rule {
     OneOf(&'static [i32]),
 }
 
+/// Which numbers MuJoCo takes without a word although they are seldom meant: a warning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Doubt {
+    None,
+    /// Each number counts as the nearest within its bounds.
+    Clamped(&'static [(f64, f64)]),
+    /// A smaller one counts as this. 0 does too, but is no doubt: it says "none", which this is as good as (at 1e-5
+    /// gravity brakes by 0.1 mm/s²), the tutorial's disk has it, and `explain` shows what it becomes.
+    Raised(f64),
+    /// From 0 to 1; pictures cut off what is beyond.
+    Colour,
+    /// Seconds, from so many on.
+    TooLong(f64),
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     Supported,
@@ -76,9 +92,9 @@ pub(super) const AUTO: &[&str] = &["false", "true", "auto"];
 pub(super) const ENABLE: &[&str] = &["disable", "enable"];
 
 pub(super) const fn attribute(name: &'static str, kind: Kind, default: &'static str, unit: &'static str) -> Attribute {
-    let (rule, status) = (Rule::Finite, Status::Supported);
+    let (rule, doubt, status) = (Rule::Finite, Doubt::None, Status::Supported);
     let in_default = !matches!(kind, Kind::Name(_) | Kind::Reference(_) | Kind::Class);
-    Attribute { name, kind, default, unit, rule, status, required: false, in_default }
+    Attribute { name, kind, default, unit, rule, doubt, status, required: false, in_default }
 }
 pub(super) const fn number(name: &'static str, default: &'static str, unit: &'static str) -> Attribute {
     attribute(name, Kind::Numbers(1, 1), default, unit)
@@ -117,12 +133,23 @@ pub(super) const fn solref(name: &'static str) -> Attribute {
     up_to(name, 2, "0.02 1", "s, 1 or −1/s², −1/s")
 }
 pub(super) const fn solimp(name: &'static str) -> Attribute {
-    up_to(name, 5, "0.9 0.95 0.001 0.5 2", "1, 1, m, 1, 1")
+    // dmin, dmax, width, midpoint, power. Source: MuJoCo 4.0, mjMINIMP and mjMAXIMP.
+    const BOUNDS: &[(f64, f64)] =
+        &[(1e-4, 0.9999), (1e-4, 0.9999), (0.0, f64::INFINITY), (1e-4, 0.9999), (1.0, f64::INFINITY)];
+    up_to(name, 5, "0.9 0.95 0.001 0.5 2", "1, 1, m, 1, 1").doubt(Doubt::Clamped(BOUNDS))
+}
+/// Friction coefficients of contacts. Source: MuJoCo 4.0, mjMINMU.
+pub(super) const fn friction(name: &'static str, count: usize, default: &'static str, unit: &'static str) -> Attribute {
+    up_to(name, count, default, unit).not_negative().doubt(Doubt::Raised(1e-5))
 }
 
 impl Attribute {
     pub(super) const fn rule(mut self, rule: Rule) -> Attribute {
         self.rule = rule;
+        self
+    }
+    pub(super) const fn doubt(mut self, doubt: Doubt) -> Attribute {
+        self.doubt = doubt;
         self
     }
     pub(super) const fn positive(self) -> Attribute {

@@ -87,6 +87,26 @@ fn every_default_of_the_schema_fits_its_own_column() {
     }
 }
 
+#[test]
+fn warnings_of_numbers_say_what_the_physics_makes_of_them() {
+    let solimp = "2 -1 -0.5 7 0.1";
+    let text = format!(
+        "<mujoco><worldbody><geom type='plane' size='1 1 1' friction='0'/><body pos='0 0 1'><freejoint/>
+         <geom size='0.1' priority='1' condim='6' friction='0 1e-6 0' solimp='{solimp}'/></body></worldbody></mujoco>"
+    );
+    let scene = penny::parse("scene.xml", &text).unwrap_or_else(|failure| panic!("{failure}"));
+    let report = mjcf::render(&scene.document, &scene.warnings, false);
+    let says = |line: String| assert!(report.contains(&line), "`{line}` is missing in\n{report}");
+    let given: Vec<f64> = solimp.split(' ').map(|word| word.parse().unwrap()).collect();
+    let used = penny::contact::impedance::clamp(&given.try_into().unwrap());
+    for (word, used) in solimp.split(' ').zip(used) {
+        says(format!("`solimp` {word} counts as {used}: "));
+    }
+    says(format!("`friction` 1e-6 counts as {}, ", scene.model.mixes[0].friction[2]));
+    // A friction of 0 raises no doubt.
+    assert_eq!(scene.warnings.len(), 6, "{report}");
+}
+
 /// What MuJoCo reads from a file in tests/mjcf/good.
 #[derive(Deserialize)]
 struct Golden {

@@ -1,0 +1,108 @@
+//! Numbers that MuJoCo takes without a word although they are seldom meant: each a warning, never an error.
+//!
+//! Nothing is changed here: the numbers keep MuJoCo's meaning, and the warning says what that is.
+
+use std::f64::consts::PI;
+
+use super::cure::{neat, unit_of};
+use super::defaults::{Value, Values};
+use super::document::{Document, NodeId};
+use super::error::{Problem, ProblemKind};
+use super::schema::{Doubt, Element};
+
+/// What is doubtful about number `index` of an attribute's `all`, and its cure.
+pub fn number(doubt: Doubt, attribute: &str, index: usize, word: &str, all: &[f64]) -> Option<(ProblemKind, String)> {
+    let (attribute, value, word) = (attribute.to_string(), *all.get(index)?, word.to_string());
+    match doubt {
+        Doubt::Clamped(bounds) => {
+            let &(low, high) = bounds.get(index).filter(|(low, high)| value < *low || value > *high)?;
+            let used = value.clamp(low, high);
+            Some((ProblemKind::Clamped { attribute, word, used, low, high }, format!("write `{used}`")))
+        }
+        Doubt::Raised(least) if value > 0.0 && value < least => {
+            let used = least.to_string();
+            let help = format!("write `{used}`, or `0` for as little as there can be");
+            Some((ProblemKind::Raised { attribute, word, used }, help))
+        }
+        // One warning a colour: at the first number that is beyond.
+        Doubt::Colour if all.iter().position(|c| !(0.0..=1.0).contains(c)) == Some(index) => {
+            let bytes = all.iter().all(|c| (0.0..=255.0).contains(c)) && all.iter().any(|&c| c >= 2.0);
+            // Of a colour in bytes the opacity is often given from 0 to 1.
+            let part = |(i, c): (usize, &f64)| if i == 3 && *c <= 1.0 { *c } else { (c / 2.55).round() / 100.0 };
+            let help = if bytes {
+                let parts: Vec<String> = all.iter().enumerate().map(|c| part(c).to_string()).collect();
+                format!("divide by 255: `{}`", parts.join(" "))
+            } else {
+                "1 is full brightness, 0 is none".to_string()
+            };
+            Some((ProblemKind::ColourCut { attribute, word }, help))
+        }
+        Doubt::TooLong(seconds) if value >= seconds => {
+            let help = format!("it is in seconds: {word} ms are `{}`", neat(value / 1e3));
+            Some((ProblemKind::LongTimestep { word }, help))
+        }
+        _ => None,
+    }
+}
+
+/// Warns of an element's angles that are to be in degrees and look like radians.
+///
+/// `values`: with what the element inherits, because a joint's type says whether its `range` is an angle.
+pub fn radians(document: &Document, node: NodeId, row: &Element, values: &Values, problems: &mut Vec<Problem>) {
+    let kind = match values.get("type") {
+        Some(Value::Text(kind)) => kind.as_str(),
+        _ => "",
+    };
+    for attribute in &document.node(node).attributes {
+        let unit = row.attribute(&attribute.name).map_or("", |column| column.unit);
+        if !unit.ends_with("angle") || (unit.starts_with("m or") && matches!(kind, "slide" | "free")) {
+            continue;
+        }
+        let Some(all) = super::check::floats(&attribute.value) else {
+            continue;
+        };
+        let is_angle = |i: usize| unit_of(unit, i).ends_with("angle");
+        let angles = || all.iter().enumerate().filter(|(i, _)| is_angle(*i)).map(|(_, x)| *x);
+        // Beside 45 or 90 even a 1.5708 is in degrees.
+        if !angles().any(|x| degrees_of_radians(x).is_some()) || angles().any(|x| x.abs() > 2.01 * PI) {
+            continue;
+        }
+        let degrees = |(i, x): (usize, &f64)| match degrees_of_radians(*x) {
+            _ if !is_angle(i) => x.to_string(),
+            Some(degrees) => degrees.to_string(),
+            None => ((x.to_degrees() * 100.0).round() / 100.0).to_string(),
+        };
+        let cure: Vec<String> = all.iter().enumerate().map(degrees).collect();
+        let kind = ProblemKind::LooksLikeRadians { attribute: attribute.name.clone() };
+        let help = format!("write `{}`, or `<compiler angle=\"radian\"/>` for the whole scene", cure.join(" "));
+        problems.push(Problem::new(kind, attribute.value_span).help(help));
+    }
+}
+
+/// The degrees of an angle that looks like radians: a multiple of π/6 or π/4, up to a turn, as people write it, that
+/// is to one part in a thousand (3.14 is π to 5 in 10 000). With at most one decimal (5.5) it is more likely degrees.
+fn degrees_of_radians(x: f64) -> Option<f64> {
+    let twelfths = (x * 12.0 / PI).round();
+    let exact = twelfths * PI / 12.0;
+    let listed = twelfths != 0.0 && twelfths.abs() <= 24.0 && (twelfths % 2.0 == 0.0 || twelfths % 3.0 == 0.0);
+    let round = (x * 10.0).round() / 10.0 == x;
+    (listed && !round && (x - exact).abs() <= 1e-3 * exact.abs()).then_some(15.0 * twelfths)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::degrees_of_radians;
+
+    #[test]
+    fn radians_are_told_from_degrees() {
+        let of = |word: &str| degrees_of_radians(word.parse().unwrap());
+        for (radians, degrees) in
+            [("1.5708", 90.0), ("-1.57", -90.0), ("3.14", 180.0), ("0.785", 45.0), ("0.5236", 30.0)]
+        {
+            assert_eq!(of(radians), Some(degrees), "{radians}");
+        }
+        for degrees in [0.0, 0.5, 0.52, 1.0, 1.5, 1.6, 2.0, 3.1, 5.5, 15.0, 30.0, 45.0, 90.0, 180.0, 0.2618] {
+            assert_eq!(degrees_of_radians(degrees), None, "{degrees}");
+        }
+    }
+}
