@@ -1,9 +1,11 @@
 //! `penny check`: every problem of scene files.
 
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
+use super::Failure;
 use super::format::count;
-use super::{Failure, scene};
+use crate::mjcf::{self, Problem, Severity};
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -13,21 +15,28 @@ pub struct Args {
 }
 
 pub fn check(args: &Args) -> Result<(), Failure> {
-    let mut reports = Vec::new();
+    let colour = std::io::stderr().is_terminal();
+    let mut refused = Vec::new();
     for path in &args.scenes {
-        match scene::read(path) {
-            Ok(read) if read.count == 0 => eprintln!("{}: fine", path.display()),
-            Ok(read) => {
-                eprintln!(
-                    "{}\n{}: fine, with {}",
-                    read.warnings,
-                    path.display(),
-                    count(read.count, "warning", "warnings")
-                )
+        let file = path.display();
+        match crate::load(path) {
+            Ok(scene) if scene.warnings.is_empty() => eprintln!("{file}: fine"),
+            Ok(scene) => {
+                let report = mjcf::render(&scene.document, &scene.warnings, colour);
+                eprintln!("{report}\n{file}: fine, with {}", counts(&scene.warnings));
             }
-            Err(Failure::Problem(report)) => reports.push(report),
-            Err(other) => return Err(other),
+            Err(failure) => {
+                let report = mjcf::render(&failure.document, &failure.problems, colour);
+                refused.push(format!("{report}\n{file}: {}\n", counts(&failure.problems)));
+            }
         }
     }
-    if reports.is_empty() { Ok(()) } else { Err(Failure::Problem(reports.join("\n"))) }
+    if refused.is_empty() { Ok(()) } else { Err(Failure::Problem(refused.join("\n"))) }
+}
+
+/// "2 errors, 1 warning"; what there is none of is left out.
+fn counts(problems: &[Problem]) -> String {
+    let of = |severity| problems.iter().filter(|p| p.severity() == severity).count();
+    let parts = [(of(Severity::Error), "error", "errors"), (of(Severity::Warning), "warning", "warnings")];
+    parts.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| count(n, one, many)).collect::<Vec<_>>().join(", ")
 }

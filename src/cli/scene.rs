@@ -1,9 +1,12 @@
 //! Options that several commands share: which scene, computed how, started where, for how long.
 
+use std::ffi::OsStr;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::{ContextKind, ContextValue};
+use clap::{Arg, Command};
 
 use super::Failure;
 use crate::Scene;
@@ -236,9 +239,36 @@ pub fn law_parser() -> impl TypedValueParser<Value = String> {
 }
 
 pub fn integrator_parser() -> impl TypedValueParser<Value = String> {
-    PossibleValuesParser::new(
-        integrate::ALL.iter().map(|i| PossibleValue::new(i.name).help(i.about).aliases(i.mjcf.iter().copied())),
-    )
+    IntegratorParser
+}
+
+/// An integrator by its own or by MJCF's name; a misspelt one gets the nearest as a tip.
+#[derive(Clone)]
+struct IntegratorParser;
+
+impl IntegratorParser {
+    fn values() -> impl Iterator<Item = PossibleValue> {
+        integrate::ALL.iter().map(|i| PossibleValue::new(i.name).help(i.about).aliases(i.mjcf.iter().copied()))
+    }
+}
+
+impl TypedValueParser for IntegratorParser {
+    type Value = String;
+
+    fn parse_ref(&self, cmd: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        PossibleValuesParser::new(Self::values()).parse_ref(cmd, arg, value).map_err(|mut error| {
+            // clap compares with its own names only, and minds the case: `euler` is near to none of them.
+            let names = integrate::ALL.iter().flat_map(|i| [i.name].into_iter().chain(i.mjcf.iter().copied()));
+            if let Some(near) = mjcf::nearest(&value.to_string_lossy(), names) {
+                error.insert(ContextKind::SuggestedValue, ContextValue::String(near.to_owned()));
+            }
+            error
+        })
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(Self::values()))
+    }
 }
 
 pub fn positive(text: &str) -> Result<f64, String> {

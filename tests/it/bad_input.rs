@@ -67,6 +67,38 @@ fn every_bad_file_gives_its_report() {
     assert!(differences.is_empty(), "reports differ (UPDATE_EXPECT=1 accepts them):\n{differences}");
 }
 
+fn penny(args: &[&str]) -> (Option<i32>, String) {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_penny")).args(args).output().expect("penny starts");
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn check_ends_with_how_much_it_found() {
+    let file = |name: &str| format!("{FOLDER}/{name}.xml");
+    let (doubtful, slips, utf16) = (file("doubtful_numbers"), file("number_slips"), file("utf16"));
+    let (code, text) = penny(&["check", &doubtful, &slips, &utf16, "models/disk.xml"]);
+    assert_eq!(code, Some(1), "{text}");
+    let counts = ["fine, with 11 warnings", "12 errors, 1 warning", "1 error", "fine"];
+    for (path, count) in [&doubtful, &slips, &utf16, "models/disk.xml"].into_iter().zip(counts) {
+        let line = format!("{path}: {count}");
+        assert!(text.lines().any(|l| l == line), "`{line}` is missing in:\n{text}");
+    }
+}
+
+#[test]
+fn a_misspelt_integrator_gets_the_nearest_as_a_tip() {
+    let run = |name| penny(&["models/disk.xml", "--steps", "1", "--integrator", name]);
+    for (name, tip) in [("euler", "Euler"), ("RK5", "rk4"), ("implicitfst", "implicitfast")] {
+        let (code, text) = run(name);
+        assert_eq!(code, Some(2), "{name}: {text}");
+        assert!(text.contains(&format!("similar value exists: '{tip}'")), "{name}: {text}");
+    }
+    for (mjcf, own) in [("Euler", "semi-implicit-euler"), ("RK4", "rk4"), ("implicit", "implicitfast")] {
+        let (code, text) = run(mjcf);
+        assert!(code == Some(0) && text.contains(&format!("integrator   {own}: ")), "{mjcf}: {text}");
+    }
+}
+
 /// A small generator of repeatable randomness (xorshift64, Marsaglia 2003).
 struct Random(u64);
 
