@@ -17,6 +17,7 @@ use crate::contact;
 use crate::integrate;
 use crate::mjcf::{Document, NodeId, Problem, ProblemKind, Span, Spec, spec};
 use crate::model::{Flags, Model, Options, TutorialParams};
+use crate::sweep::truth;
 
 /// Compiles a checked scene.
 ///
@@ -182,14 +183,21 @@ fn check_settings(spec: &Spec, log: &mut Log) {
         let kind = ProblemKind::Unsupported { name: name.clone(), lost };
         log.value_error(node, "integrator", kind, format!("the integrators are {}", known.join(", ")));
     }
-    for text in spec.texts.iter().filter(|t| t.name == "penny.contact") {
-        let names: Vec<&str> = contact::ALL.iter().map(|law| law.name).collect();
-        if !names.contains(&text.data.as_str()) {
-            let help = match crate::mjcf::nearest(&text.data, names.iter().copied()) {
+    let laws: Vec<&str> = contact::ALL.iter().map(|law| law.name).collect();
+    let truths: Vec<&str> = truth::ALL.iter().map(|truth| truth.name).collect();
+    for text in &spec.texts {
+        let name = text.data.clone();
+        let (known, kind, all) = match text.name.as_str() {
+            "penny.contact" => (&laws, ProblemKind::UnknownLaw { name }, "the laws are"),
+            "penny.truth" => (&truths, ProblemKind::UnknownTruth { name }, "the closed forms are"),
+            _ => continue,
+        };
+        if !known.contains(&text.data.as_str()) {
+            let help = match crate::mjcf::nearest(&text.data, known.iter().copied()) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None => format!("the laws are {}", names.join(", ")),
+                None => format!("{all} {}", known.join(", ")),
             };
-            log.value_error(text.node, "data", ProblemKind::UnknownLaw { name: text.data.clone() }, help);
+            log.value_error(text.node, "data", kind, help);
         }
     }
 }

@@ -217,6 +217,8 @@ pub enum ProblemKind {
     NotOneCoefficient { name: String },
     #[error("`{name}` is no contact law")]
     UnknownLaw { name: String },
+    #[error("`{name}` is no closed form that Penny knows")]
+    UnknownTruth { name: String },
 }
 
 impl ProblemKind {
@@ -300,6 +302,7 @@ impl ProblemKind {
             KeyframeCount { .. } => "keyframe-count",
             NotOneCoefficient { .. } => "not-one-coefficient",
             UnknownLaw { .. } => "unknown-law",
+            UnknownTruth { .. } => "unknown-truth",
         }
     }
 

@@ -7,13 +7,14 @@ use super::Case;
 use super::formulas::{
     SlideToRoll, elliptic_k, euler_disk, free_period, rolling_acceleration, rolling_plate, top_precession,
 };
+use crate::collision::detect;
 use crate::contact::constants;
 use crate::contact::impedance::clamp;
 use crate::data::Data;
-use crate::dynamics::energy;
+use crate::dynamics::{self, energy};
 use crate::forward::{Diverged, Method, step};
 use crate::math::{Vec3, mat, quat, vec3};
-use crate::model::{GeomKind, Model};
+use crate::model::{Dof, FreeBody, GeomKind, Joint, JointKind, Model};
 use crate::state::State;
 
 /// A closed form.
@@ -23,6 +24,8 @@ pub struct Truth {
     /// What is measured, with its unit.
     pub quantity: &'static str,
     pub about: &'static str,
+    /// The scenes that it is about; "the same": as the one before.
+    pub needs: &'static str,
     /// `None` where the scene is not of the kind that the formula is about.
     pub exact: fn(&Case, &Method) -> Option<f64>,
     pub signal: fn(&mut View) -> f64,
@@ -59,25 +62,32 @@ pub const ALL: &[Truth] = &[
         name: "fall",
         quantity: "height [m]",
         about: "z = z₀ + v₀ t − ½ g t²",
-        exact: |case, _| Some(height(case) + v0(case)[2] * case.seconds + 0.5 * g(case).z * case.seconds.powi(2)),
-        signal: |v| v.state.qpos[2],
+        needs: "a free body, or one that slides along z, that touches nothing within --time",
+        exact: |case, _| {
+            let f = falling(case)?;
+            f.lands_not(f.z0 + f.v0 * case.seconds + 0.5 * g(case).z * case.seconds.powi(2))
+        },
+        signal: |v| falling(v.case).map_or(f64::NAN, |f| v.state.qpos[f.qpos]),
         reduce: Reduce::Last,
     },
     Truth {
         name: "fall-steps",
         quantity: "height [m]",
         about: "semi-implicit Euler: z = z₀ + v₀ n h − g h² n (n + 1)/2",
+        needs: "the same, under semi-implicit Euler",
         exact: |case, method| {
             let (h, n) = (method.timestep, (case.seconds / method.timestep).round());
-            Some(height(case) + v0(case)[2] * h * n + g(case).z * h * h * n * (n + 1.0) / 2.0)
+            let f = falling(case)?;
+            f.lands_not(f.z0 + f.v0 * h * n + g(case).z * h * h * n * (n + 1.0) / 2.0)
         },
-        signal: |v| v.state.qpos[2],
+        signal: |v| falling(v.case).map_or(f64::NAN, |f| v.state.qpos[f.qpos]),
         reduce: Reduce::Last,
     },
     Truth {
         name: "spring",
         quantity: "position [m or rad]",
         about: "x = e^(−ζωt) (x₀ cos ω_d t + (v₀ + ζωx₀)/ω_d sin ω_d t),  ω_d = ω √(1 − ζ²)",
+        needs: "one joint with a spring about 0 and ζ < 1, without gravity",
         exact: |case, _| spring(case).and_then(|s| s.position(case.seconds)),
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
@@ -86,10 +96,13 @@ pub const ALL: &[Truth] = &[
         name: "dry-spring",
         quantity: "position [m]",
         about: "dry friction F takes 2 F/k of the amplitude in half a swing",
+        needs: "one joint with spring and frictionloss, pulled out, without gravity; --time of half a swing",
         exact: |case, _| {
             let spring = spring(case)?;
             let lost = 2.0 * case.model.dofs[0].frictionloss / spring.stiffness;
-            Some(-(case.start.qpos[0].abs() - lost) * case.start.qpos[0].signum())
+            let half = (case.seconds * spring.omega / std::f64::consts::PI - 1.0).abs() < 1e-9;
+            let swings = lost > 0.0 && spring.x0.abs() > lost && spring.v0 == 0.0 && spring.zeta == 0.0;
+            (half && swings).then_some(-(case.start.qpos[0].abs() - lost) * case.start.qpos[0].signum())
         },
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
@@ -98,11 +111,10 @@ pub const ALL: &[Truth] = &[
         name: "pendulum-period",
         quantity: "period [s]",
         about: "T = (4/ω₀) K(sin θ₀/2),  ω₀² = m g l/I",
+        needs: "one body on one hinge, angle 0 where it hangs, let go at rest; --time of two periods or more",
         exact: |case, _| {
-            let body = case.model.bodies.iter().find(|b| !b.dofs.is_empty())?;
-            let l = body.ipos.norm();
-            let swing = body.inertia.x + body.mass * l * l;
-            let omega = (body.mass * g(case).norm() * l / swing).sqrt();
+            let p = pendulum(case)?;
+            let omega = (p.moment / p.inertia).sqrt();
             Some(4.0 / omega * elliptic_k((0.5 * case.start.qpos[0]).sin()))
         },
         signal: |v| v.state.qpos[0],
@@ -112,6 +124,8 @@ pub const ALL: &[Truth] = &[
         name: "slide-to-roll-speed",
         quantity: "speed [m/s]",
         about: "v = v₀/(1 + k)",
+        needs: "a sphere on a free joint and level ground that slides along x without spin, condim 3 or 4; \
+                --time past the slip",
         exact: |case, _| Some(slide_to_roll(case)?.end_speed()),
         signal: |v| v.state.qvel[0],
         reduce: Reduce::Last,
@@ -120,9 +134,10 @@ pub const ALL: &[Truth] = &[
         name: "slip-end",
         quantity: "time at which slip falls to 1 mm/s [s]",
         about: "t = v₀ k/((1 + k) μ g)",
+        needs: "the same",
         exact: |case, _| {
             let slide = slide_to_roll(case)?;
-            Some(slide.slip_end() * (1.0 - SLIP / slide.v0))
+            (slide.v0 > SLIP).then_some(slide.slip_end() * (1.0 - SLIP / slide.v0))
         },
         signal: |v| v.state.qvel[0] - ball(v.case).map_or(0.0, |b| b.radius) * v.state.qvel[4],
         reduce: Reduce::Until(SLIP),
@@ -131,6 +146,7 @@ pub const ALL: &[Truth] = &[
         name: "slide-to-roll-path",
         quantity: "path [m]",
         about: "x = ½ (v₀ + v) t* + v (t − t*)",
+        needs: "the same",
         exact: |case, _| Some(slide_to_roll(case)?.path(case.seconds)),
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
@@ -139,8 +155,9 @@ pub const ALL: &[Truth] = &[
         name: "incline",
         quantity: "acceleration [m/s²]",
         about: "rolls: a = g sin θ/(1 + k); slips: a = g (sin θ − μ cos θ)",
+        needs: "a sphere on a free joint, from rest; gravity that leans along x",
         exact: |case, _| {
-            let b = ball(case)?;
+            let b = ball(case).filter(|_| rests(case) && g(case).x > 0.0)?;
             Some(rolling_acceleration(g(case).x, -g(case).z, b.k, b.friction[0]))
         },
         signal: |v| v.state.qvel[0],
@@ -150,9 +167,11 @@ pub const ALL: &[Truth] = &[
         name: "push",
         quantity: "acceleration [m/s²]",
         about: "rolls: a = F/(m (1 + k)); slips: a = F/m − μ g",
+        needs: "a sphere on a free joint and level ground, from rest; one motor that pushes it along x",
         exact: |case, _| {
-            let b = ball(case)?;
-            let push = case.start.ctrl.first()? / b.mass;
+            let b = ball(case).filter(|_| rests(case) && level(case))?;
+            let motor = case.model.actuators.first().filter(|_| case.model.actuators.len() == 1)?;
+            let push = motor.gear[0] * case.start.ctrl.first()? / b.mass;
             Some(rolling_acceleration(push, -g(case).z, b.k, b.friction[0]))
         },
         signal: |v| v.state.qvel[0],
@@ -162,9 +181,21 @@ pub const ALL: &[Truth] = &[
         name: "rolling-resistance",
         quantity: "acceleration [m/s²]",
         about: "a = −δ g/(R (1 + k))",
-        exact: |case, _| {
-            let b = ball(case)?;
-            Some(b.friction[3] * g(case).z / (b.radius * (1.0 + b.k)))
+        needs: "a sphere on level ground, condim 6, that starts along x and rolls in the second half of --time; \
+                free, or with slides along x and z and a hinge about y",
+        exact: |case, method| {
+            let (b, spin) = roller(case)?;
+            let friction = match (method.contact.name, &case.model.tutorial) {
+                ("tutorial", own) => [own.mu.unwrap_or(b.friction[0]), own.mu_roll.unwrap_or(b.friction[3])],
+                _ => [b.friction[0], b.friction[3]],
+            };
+            let slide = SlideToRoll { v0: v0(case)[0], k: b.k, braking: -friction[0] * g(case).z };
+            let rolls = (spin * b.radius - slide.v0).abs() < 1e-9 * slide.v0;
+            let early = rolls || spin == 0.0 && slide.slip_end() < 0.5 * case.seconds;
+            let a = friction[1] * g(case).z / (b.radius * (1.0 + b.k));
+            let fits =
+                slide.v0 > 0.0 && b.condim == 6 && level(case) && early && slide.end_speed() + a * case.seconds > 0.0;
+            fits.then_some(a)
         },
         signal: |v| v.state.qvel[0],
         reduce: Reduce::Rate,
@@ -173,9 +204,11 @@ pub const ALL: &[Truth] = &[
         name: "spin-down",
         quantity: "angular acceleration [rad/s²]",
         about: "α = −μ_spin m g/I",
+        needs: "a sphere on a free joint and level ground, condim 4 or 6, that spins about z for all of --time",
         exact: |case, _| {
-            let b = ball(case)?;
-            Some(b.friction[2] * b.mass * g(case).z / (b.k * b.mass * b.radius * b.radius))
+            let b = ball(case).filter(|b| level(case) && b.condim >= 4)?;
+            let slower = b.friction[2] * b.mass * g(case).z / (b.k * b.mass * b.radius * b.radius);
+            (v0(case)[5] + slower * case.seconds > 0.0).then_some(slower)
         },
         signal: |v| v.state.qvel[5],
         reduce: Reduce::Rate,
@@ -184,8 +217,11 @@ pub const ALL: &[Truth] = &[
         name: "restitution",
         quantity: "speed after a bounce at 1 m/s [m/s]",
         about: "e = exp(−(ζ/√(1 − ζ²)) (π − atan2(2ζ√(1 − ζ²), 1 − 2ζ²)))",
+        needs: "a sphere on a free joint that falls on the ground without gravity; solref in its negative form, ζ < 1",
         exact: |case, _| {
+            ball(case).filter(|_| weightless(case) && v0(case)[2] < 0.0)?;
             let [stiffness, damping] = case.model.mixes.first()?.solref.map(|x| -x);
+            (stiffness > 0.0 && damping >= 0.0 && damping * damping < 4.0 * stiffness).then_some(())?;
             Some(-constants::restitution(damping / (2.0 * stiffness.sqrt())) * v0(case)[2])
         },
         signal: |v| v.state.qvel[2],
@@ -195,8 +231,9 @@ pub const ALL: &[Truth] = &[
         name: "collision",
         quantity: "speed of the ball that was hit [m/s]",
         about: "v = 2 m₁/(m₁ + m₂) v₀",
+        needs: "two bodies that slide along x, the first hits the second, without gravity; solref without damping",
         exact: |case, _| {
-            let [m1, m2] = [case.model.bodies.get(1)?.mass, case.model.bodies.get(2)?.mass];
+            let [m1, m2] = row(case)?[..] else { return None };
             Some(2.0 * m1 / (m1 + m2) * case.start.qvel[0])
         },
         signal: |v| v.state.qvel[1],
@@ -206,7 +243,11 @@ pub const ALL: &[Truth] = &[
         name: "cradle",
         quantity: "speed of the last ball [m/s]",
         about: "v = v₀",
-        exact: |case, _| case.start.qvel.first().copied(),
+        needs: "equal bodies in a row that slide along x, the first moves, without gravity; solref without damping",
+        exact: |case, _| {
+            let masses = row(case)?;
+            masses.iter().all(|m| *m == masses[0]).then_some(case.start.qvel[0])
+        },
         signal: |v| v.state.qvel.last().copied().unwrap_or(0.0),
         reduce: Reduce::Last,
     },
@@ -214,8 +255,11 @@ pub const ALL: &[Truth] = &[
         name: "rest-depth",
         quantity: "depth [m]",
         about: "r = (1 − d) g (τζ)²/n, constant impedance, n equal contacts",
+        needs: "a sphere, or a box on its face, that lies still on a free joint; solref in its positive form, \
+                solimp with d0 = dwidth",
         exact: |case, _| {
-            let mix = case.model.mixes.first()?;
+            free(case).filter(|_| rests(case) && level(case))?;
+            let mix = case.model.mixes.first().filter(|m| m.solref[0] > 0.0 && m.solimp[0] == m.solimp[1])?;
             let (d, points) = (clamp(&mix.solimp)[1], if lowest(case)?.0 == GeomKind::Box { 4.0 } else { 1.0 });
             Some((1.0 - d) * -g(case).z * (mix.solref[0] * mix.solref[1]).powi(2) / points)
         },
@@ -226,7 +270,8 @@ pub const ALL: &[Truth] = &[
         name: "creep",
         quantity: "speed [m/s]",
         about: "a block sticks if tan θ ≤ μ",
-        exact: |case, _| (g(case).x <= -mu(case)? * g(case).z).then_some(0.0),
+        needs: "a box on a free joint, at rest; gravity that leans along x, but too little to make it slide",
+        exact: |case, _| (still_block(case)? <= 0.0).then_some(0.0),
         signal: |v| v.state.qvel[0],
         reduce: Reduce::Last,
     },
@@ -234,7 +279,8 @@ pub const ALL: &[Truth] = &[
         name: "block-acceleration",
         quantity: "acceleration [m/s²]",
         about: "a = g (sin θ − μ cos θ)",
-        exact: |case, _| block_acceleration(case),
+        needs: "a box on a free joint, from rest; gravity that leans along x, enough to make it slide",
+        exact: |case, _| sliding_block(case),
         signal: |v| v.state.qvel[0],
         reduce: Reduce::Rate,
     },
@@ -242,7 +288,8 @@ pub const ALL: &[Truth] = &[
         name: "block-path",
         quantity: "path [m]",
         about: "x = ½ g (sin θ − μ cos θ) t²",
-        exact: |case, _| Some(0.5 * block_acceleration(case)? * case.seconds.powi(2)),
+        needs: "the same",
+        exact: |case, _| Some(0.5 * sliding_block(case)? * case.seconds.powi(2)),
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
     },
@@ -250,7 +297,8 @@ pub const ALL: &[Truth] = &[
         name: "block-path-steps",
         quantity: "path [m]",
         about: "x = ½ g (sin θ − μ cos θ) t (t + h), the sum of semi-implicit Euler's steps",
-        exact: |case, method| Some(0.5 * block_acceleration(case)? * case.seconds * (case.seconds + method.timestep)),
+        needs: "the same, under semi-implicit Euler",
+        exact: |case, method| Some(0.5 * sliding_block(case)? * case.seconds * (case.seconds + method.timestep)),
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
     },
@@ -258,7 +306,8 @@ pub const ALL: &[Truth] = &[
         name: "contact-share",
         quantity: "share of the steps in contact",
         about: "what slides without being thrown stays in contact",
-        exact: |_, _| Some(1.0),
+        needs: "the same",
+        exact: |case, _| sliding_block(case).map(|_| 1.0),
         signal: |v| f64::from(normal_force(v.data) > 0.0),
         reduce: Reduce::Mean,
     },
@@ -266,7 +315,8 @@ pub const ALL: &[Truth] = &[
         name: "friction-ratio",
         quantity: "F_t/F_n, 0 where nothing touches",
         about: "F_t = μ F_n",
-        exact: |case, _| mu(case),
+        needs: "the same",
+        exact: |case, _| sliding_block(case).and(mu(case)),
         signal: |v| {
             let tangential: f64 = v.data.contacts.iter().map(|c| c.force[1].hypot(c.force[2])).sum();
             let normal = normal_force(v.data);
@@ -278,7 +328,8 @@ pub const ALL: &[Truth] = &[
         name: "stop-path",
         quantity: "path [m]",
         about: "x = v₀²/(2 μ g)",
-        exact: |case, _| Some(v0(case)[0].powi(2) / (-2.0 * mu(case)? * g(case).z)),
+        needs: "a box on a free joint that slides along x on level ground; --time until it has stopped",
+        exact: |case, _| Some(v0(case)[0].powi(2) / (2.0 * stopping_block(case)?)),
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
     },
@@ -286,8 +337,9 @@ pub const ALL: &[Truth] = &[
         name: "stop-path-steps",
         quantity: "path [m]",
         about: "x = h n (v₀ − μ g h (n + 1)/2), n = ⌊v₀/(μ g h)⌋, the sum of semi-implicit Euler's steps",
+        needs: "the same, under semi-implicit Euler",
         exact: |case, method| {
-            let slower = -mu(case)? * g(case).z * method.timestep;
+            let slower = stopping_block(case)? * method.timestep;
             let n = (v0(case)[0] / slower).floor();
             Some(method.timestep * n * (v0(case)[0] - 0.5 * slower * (n + 1.0)))
         },
@@ -298,7 +350,8 @@ pub const ALL: &[Truth] = &[
         name: "stop-time",
         quantity: "time at which the speed falls to 1 mm/s [s]",
         about: "t = v₀/(μ g)",
-        exact: |case, _| Some((v0(case)[0] - SLIP) / (-mu(case)? * g(case).z)),
+        needs: "the same",
+        exact: |case, _| Some((v0(case)[0] - SLIP) / stopping_block(case)?),
         signal: |v| v.state.qvel[0],
         reduce: Reduce::Until(SLIP),
     },
@@ -306,8 +359,9 @@ pub const ALL: &[Truth] = &[
         name: "topple",
         quantity: "1 if it tipped",
         about: "a block tips if tan θ > b/h",
+        needs: "a box on a free joint, from rest; gravity that leans along x, too little to make it slide",
         exact: |case, _| {
-            let size = case.model.geoms.iter().find(|geom| geom.kind == GeomKind::Box)?.size;
+            let size = block(case).filter(|_| still_block(case).is_some_and(|a| a <= 0.0))?;
             Some(f64::from(g(case).x > -g(case).z * size.x / size.z))
         },
         signal: |v| f64::from(mat(&quat(&v.state.qpos[3..7]))[(2, 2)] < 0.7),
@@ -317,9 +371,11 @@ pub const ALL: &[Truth] = &[
         name: "load-share",
         quantity: "share of the load on the lower edge",
         about: "½ (1 + tan θ h/b)",
+        needs: "the same, and too little to make it tip",
         exact: |case, _| {
-            let size = case.model.geoms.iter().find(|geom| geom.kind == GeomKind::Box)?.size;
-            Some(0.5 * (1.0 - g(case).x / g(case).z * size.z / size.x))
+            let size = block(case).filter(|_| still_block(case).is_some_and(|a| a <= 0.0))?;
+            let share = 0.5 * (1.0 - g(case).x / g(case).z * size.z / size.x);
+            (share < 1.0).then_some(share)
         },
         signal: |v| {
             let below = |c: &&crate::data::Contact| c.pos.x > v.state.qpos[0];
@@ -333,7 +389,8 @@ pub const ALL: &[Truth] = &[
         name: "free-energy",
         quantity: "relative gain of energy",
         about: "a free body keeps its energy",
-        exact: |_, _| Some(0.0),
+        needs: "a free body that turns, without gravity and contacts",
+        exact: |case, _| tumbling(case).map(|_| 0.0),
         signal: |v| {
             let kinetic = |state: &State, data: &mut Data| energy::energy(&v.case.model, state, data).kinetic;
             kinetic(v.state, v.scratch) / kinetic(&v.case.start, v.scratch) - 1.0
@@ -344,7 +401,8 @@ pub const ALL: &[Truth] = &[
         name: "free-momentum",
         quantity: "relative change of angular momentum",
         about: "a free body keeps its angular momentum",
-        exact: |_, _| Some(0.0),
+        needs: "the same",
+        exact: |case, _| tumbling(case).map(|_| 0.0),
         signal: |v| {
             let momentum = |state: &State, data: &mut Data| energy::momentum(&v.case.model, state, data).angular;
             let before = momentum(&v.case.start, v.scratch);
@@ -356,8 +414,10 @@ pub const ALL: &[Truth] = &[
         name: "free-period",
         quantity: "period [s]",
         about: "T = 4 K(k)/p about the middle axis",
+        needs: "a free body with moments of inertia I₁ < I₂ < I₃ that turns mostly about the second, \
+                without gravity and contacts; --time of two periods or more",
         exact: |case, _| {
-            let inertia = case.model.bodies.get(1)?.inertia;
+            let inertia = tumbling(case)?.inertia;
             let w = v0(case);
             // The inertial frame of the scene is the body's.
             Some(free_period([inertia.x, inertia.y, inertia.z], [w[3], w[4], w[5]]))
@@ -369,8 +429,12 @@ pub const ALL: &[Truth] = &[
         name: "top-period",
         quantity: "period of precession [s]",
         about: "I₁ Ω² cos θ − I₃ ω₃ Ω + m g l = 0",
+        needs: "a symmetric body on a ball joint, with the spin of a slow steady precession; \
+                --time of two periods or more",
         exact: |case, _| {
             let body = case.model.bodies.get(1)?;
+            (case.model.joints.first()?.kind == JointKind::Ball && case.model.nv == 3).then_some(())?;
+            (body.inertia.x == body.inertia.y).then_some(())?;
             let l = body.ipos.norm();
             let theta = axis(&case.start.qpos[0..4]).z.acos();
             let transverse = body.inertia.x + body.mass * l * l;
@@ -385,7 +449,10 @@ pub const ALL: &[Truth] = &[
         name: "euler-disk",
         quantity: "period [s]",
         about: "Ω² sin α = 4 g/a for a thin disk",
+        needs: "a cylinder on a free joint that rolls on its edge about its resting centre; \
+                --time of two periods or more",
         exact: |case, _| {
+            free(case)?;
             let (body, geom) =
                 (case.model.bodies.get(1)?, case.model.geoms.iter().find(|g| g.kind == GeomKind::Cylinder)?);
             let tilt = axis(&case.start.qpos[3..7]).z.acos();
@@ -400,6 +467,7 @@ pub const ALL: &[Truth] = &[
         name: "rolling-plate",
         quantity: "mean squared error of velocity [m²/s²]",
         about: "SimBenchmark's rolling test",
+        needs: "a free plate, pushed by a motor, with free balls on it",
         exact: |case, _| plate_and_balls(case).map(|_| 0.0),
         signal: |v| plate_and_balls(v.case).map_or(f64::NAN, |a| velocity_error(v, a)),
         reduce: Reduce::Mean,
@@ -420,6 +488,22 @@ pub fn of(model: &Model) -> Option<&str> {
 }
 
 impl Truth {
+    /// The exact number for a case.
+    ///
+    /// Errors: a sentence that says what the closed form needs, and the scene or its run is not.
+    pub fn of(&self, case: &Case, method: &Method) -> Result<f64, String> {
+        // The nearest before it that says more than "the same".
+        let own = ALL.iter().position(|t| t.name == self.name).unwrap_or(0);
+        let full = ALL[..=own].iter().rev().map(|t| t.needs).find(|n| !n.starts_with("the same")).unwrap_or(self.needs);
+        let exact = (self.exact)(case, method).filter(|x| x.is_finite());
+        let exact = exact.ok_or_else(|| format!("the closed form `{}` is about {full}: this run is not", self.name))?;
+        if self.reduce == Reduce::Period && case.seconds < 2.0 * exact {
+            let [time, period] = [case.seconds, exact].map(crate::plot::number);
+            return Err(format!("a period takes {period} s and --time only {time} s: give it two periods or more"));
+        }
+        Ok(exact)
+    }
+
     /// Runs the case and measures.
     pub fn measure(&self, case: &Case, method: &Method) -> Result<f64, Diverged> {
         let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(&case.model), Data::new(&case.model));
@@ -495,8 +579,96 @@ fn g(case: &Case) -> Vec3 {
     crate::dynamics::gravity(&case.model)
 }
 
-fn height(case: &Case) -> f64 {
-    case.start.qpos[2]
+/// Whether nothing moves at the start.
+fn rests(case: &Case) -> bool {
+    v0(case).iter().all(|v| *v == 0.0)
+}
+
+/// Whether weight acts straight down.
+fn level(case: &Case) -> bool {
+    let g = g(case);
+    g.x == 0.0 && g.y == 0.0 && g.z < 0.0
+}
+
+fn weightless(case: &Case) -> bool {
+    g(case).norm() == 0.0
+}
+
+fn contactless(case: &Case) -> bool {
+    case.model.plan.pairs + case.model.plan.swept == 0
+}
+
+/// The first body, if it is free and its frame sits at its centre of mass: qpos and qvel begin with it.
+fn free(case: &Case) -> Option<&FreeBody> {
+    let free = case.model.trees.first()?.free.as_ref()?;
+    (free.com.norm() < 1e-12).then_some(free)
+}
+
+/// A free body that turns.
+fn tumbling(case: &Case) -> Option<&FreeBody> {
+    let turns = |_: &&FreeBody| v0(case)[3..6].iter().any(|w| *w != 0.0);
+    free(case).filter(turns).filter(|_| weightless(case) && contactless(case))
+}
+
+/// What falls: where its height is in qpos, height and velocity at the start.
+struct Falling<'a> {
+    case: &'a Case,
+    qpos: usize,
+    z0: f64,
+    v0: f64,
+}
+
+fn falling(case: &Case) -> Option<Falling<'_>> {
+    let model = &case.model;
+    let undamped = |d: &Dof| d.damping == 0.0 && d.frictionloss == 0.0 && d.armature == 0.0;
+    let unsprung = |j: &Joint| j.stiffness == 0.0;
+    let up = |j: &&Joint| j.kind == JointKind::Slide && j.axis == Vec3::z();
+    let alone = model.trees.first()?.bodies.len() == 1 && model.joints.iter().all(|j| j.kind == JointKind::Slide);
+    let (qpos, dof) = match free(case) {
+        Some(_) => (2, 2),
+        None => model.joints.iter().find(up).filter(|_| alone).map(|j| (j.qposadr, j.dofadr))?,
+    };
+    let fits = model.trees.len() == 1 && model.joints.iter().all(unsprung) && model.dofs.iter().all(undamped);
+    fits.then(|| Falling { case, qpos, z0: case.start.qpos[qpos], v0: v0(case)[dof] })
+}
+
+impl Falling<'_> {
+    /// The height, unless something touches there.
+    fn lands_not(&self, height: f64) -> Option<f64> {
+        let (model, mut state) = (&self.case.model, self.case.start.clone());
+        state.qpos[self.qpos] = height;
+        let mut data = Data::new(model);
+        dynamics::kinematics(model, &state.qpos, &mut data);
+        detect(model, &mut data);
+        data.contacts.is_empty().then_some(height)
+    }
+}
+
+/// One body on one hinge.
+struct Pendulum {
+    /// About the hinge, kg m².
+    inertia: f64,
+    /// m g l, N m
+    moment: f64,
+}
+
+fn pendulum(case: &Case) -> Option<Pendulum> {
+    let (joint, dof) = (case.model.joints.first()?, case.model.dofs.first()?);
+    let body = &case.model.bodies[joint.body];
+    let lever = body.ipos - joint.pos;
+    let l = (lever - joint.axis * joint.axis.dot(&lever)).norm();
+    // A single joint: its inverse inertia at the start is exact.
+    let p = Pendulum { inertia: 1.0 / dof.invweight0, moment: body.mass * g(case).norm() * l };
+    // What the start has over the lowest place says whether that place is at 0 and the hinge is level.
+    let (mut hanging, mut data) = (case.start.clone(), Data::new(&case.model));
+    let potential = |state: &State, data: &mut Data| energy::energy(&case.model, state, data).potential;
+    let above = potential(&case.start, &mut data);
+    hanging.qpos[0] = 0.0;
+    let above = above - potential(&hanging, &mut data);
+    let swings = (above - p.moment * (1.0 - case.start.qpos[0].cos())).abs() < 1e-9 * p.moment;
+    let alone = case.model.nv == 1 && case.model.trees[0].bodies.len() == 1 && joint.kind == JointKind::Hinge;
+    let free = joint.stiffness == 0.0 && dof.damping == 0.0 && dof.frictionloss == 0.0 && joint.range.is_none();
+    (alone && free && swings && contactless(case) && rests(case) && case.start.qpos[0] != 0.0).then_some(p)
 }
 
 fn v0(case: &Case) -> &[f64] {
@@ -520,24 +692,76 @@ struct Ball {
     /// I/(m R²)
     k: f64,
     friction: [f64; 5],
+    condim: usize,
 }
 
 fn ball(case: &Case) -> Option<Ball> {
-    let tree = case.model.trees.first()?;
-    let free = tree.free.as_ref()?;
-    let geom = case.model.geoms.iter().find(|geom| geom.body == tree.bodies.start && geom.kind == GeomKind::Sphere)?;
-    let radius = geom.size.x;
-    let k = free.inertia.y / (free.mass * radius * radius);
-    Some(Ball { mass: free.mass, radius, k, friction: case.model.mixes.first()?.friction })
+    let free = free(case)?;
+    sphere(case, free.mass, free.inertia.y)
+}
+
+/// A body that is a sphere, with its moment about y.
+fn sphere(case: &Case, mass: f64, inertia: f64) -> Option<Ball> {
+    let body = case.model.trees.first()?.bodies.start;
+    let radius = case.model.geoms.iter().find(|geom| geom.body == body && geom.kind == GeomKind::Sphere)?.size.x;
+    let mix = case.model.mixes.first()?;
+    Some(Ball { mass, radius, k: inertia / (mass * radius * radius), friction: mix.friction, condim: mix.condim })
+}
+
+/// A ball that moves along x, free or in the plane, and its spin about y.
+fn roller(case: &Case) -> Option<(Ball, f64)> {
+    if let Some(ball) = ball(case) {
+        return Some((ball, v0(case)[4]));
+    }
+    let [x, z, turn] = &case.model.joints[..] else { return None };
+    let slides = [x, z].iter().all(|j| j.kind == JointKind::Slide) && x.axis == Vec3::x() && z.axis == Vec3::z();
+    let turns = turn.kind == JointKind::Hinge && turn.axis.y.abs() == 1.0;
+    let one = case.model.trees.len() == 1 && case.model.trees[0].bodies.len() == 1;
+    (slides && turns && one).then_some(())?;
+    let ball = sphere(case, case.model.bodies[turn.body].mass, 1.0 / case.model.dofs[turn.dofadr].invweight0)?;
+    Some((ball, turn.axis.y * v0(case)[turn.dofadr]))
 }
 
 fn slide_to_roll(case: &Case) -> Option<SlideToRoll> {
-    let b = ball(case)?;
-    Some(SlideToRoll { v0: v0(case)[0], k: b.k, braking: -b.friction[0] * g(case).z })
+    let b = ball(case).filter(|b| level(case) && [3, 4].contains(&b.condim))?;
+    let slide = SlideToRoll { v0: v0(case)[0], k: b.k, braking: -b.friction[0] * g(case).z };
+    let straight = slide.v0 > 0.0 && v0(case)[3..6].iter().all(|w| *w == 0.0);
+    (straight && slide.slip_end() < case.seconds).then_some(slide)
 }
 
-fn block_acceleration(case: &Case) -> Option<f64> {
+/// Half lengths of the first body, if it is a box and free.
+fn block(case: &Case) -> Option<Vec3> {
+    free(case)?;
+    Some(case.model.geoms.iter().find(|geom| geom.body == 1 && geom.kind == GeomKind::Box)?.size)
+}
+
+/// Pull down the slope less the most that friction can do, of a block at rest, m/s².
+fn still_block(case: &Case) -> Option<f64> {
+    block(case).filter(|_| rests(case) && g(case).z < 0.0)?;
     Some(g(case).x + mu(case)? * g(case).z)
+}
+
+/// Acceleration of a block that begins to slide.
+fn sliding_block(case: &Case) -> Option<f64> {
+    still_block(case).filter(|a| *a > 0.0)
+}
+
+/// Deceleration μ g of a block that slides on level ground and stops in time.
+fn stopping_block(case: &Case) -> Option<f64> {
+    block(case).filter(|_| level(case))?;
+    let slower = -mu(case)? * g(case).z;
+    (v0(case)[0] > SLIP && v0(case)[0] < slower * case.seconds).then_some(slower)
+}
+
+/// Masses of bodies that slide along x, of which only the first moves; their contacts give all back.
+fn row(case: &Case) -> Option<Vec<f64>> {
+    let model = &case.model;
+    let along = |j: &Joint| j.kind == JointKind::Slide && j.axis == Vec3::x();
+    let each = model.trees.iter().all(|tree| tree.bodies.len() == 1 && tree.dofs.len() == 1);
+    let springy = model.mixes.first()?.solref;
+    let starts = v0(case).first().is_some_and(|v| *v > 0.0) && v0(case)[1..].iter().all(|v| *v == 0.0);
+    let fits = weightless(case) && each && starts && springy[0] < 0.0 && springy[1] == 0.0 && model.nv > 1;
+    (fits && model.joints.iter().all(along)).then(|| model.bodies[1..].iter().map(|b| b.mass).collect())
 }
 
 /// Kind and half height of the first body's geom.
@@ -561,6 +785,8 @@ struct Spring {
 
 fn spring(case: &Case) -> Option<Spring> {
     let (joint, dof) = (case.model.joints.first()?, case.model.dofs.first()?);
+    let single = case.model.nv == 1 && matches!(joint.kind, JointKind::Slide | JointKind::Hinge);
+    (single && joint.stiffness > 0.0 && joint.springref == 0.0 && weightless(case)).then_some(())?;
     // A single joint: its inverse inertia at the start is exact.
     let mass = 1.0 / dof.invweight0;
     let (x0, v0) = (case.start.qpos[0] - joint.springref, case.start.qvel[0]);
@@ -581,6 +807,7 @@ impl Spring {
 /// Acceleration vectors of SimBenchmark's plate (the first body, pushed by the first actuator) and of its balls.
 fn plate_and_balls(case: &Case) -> Option<[Vec3; 2]> {
     let [plate, ball] = [case.model.trees.first()?.free.as_ref()?, case.model.trees.get(1)?.free.as_ref()?];
+    case.model.trees.iter().all(|tree| tree.free.is_some()).then_some(())?;
     let radius = case.model.geoms.iter().find(|g| g.kind == GeomKind::Sphere)?.size.x;
     let push = vec3(&case.model.actuators.first()?.gear) * *case.start.ctrl.first()?;
     let friction = case.model.geoms.iter().find(|g| g.kind == GeomKind::Box)?.friction[0];

@@ -1,10 +1,13 @@
 //! The closed forms: what the penalty law makes of them, beside MuJoCo's recorded values.
 
+use std::path::Path;
 use std::sync::LazyLock;
 
-use penny::contact;
-use penny::sweep::truth;
+use penny::forward::Method;
+use penny::state::State;
 use penny::sweep::validation::Record;
+use penny::sweep::{Case, truth};
+use penny::{contact, integrate};
 
 static RECORDS: LazyLock<Vec<Record>> =
     LazyLock::new(|| serde_json::from_str(include_str!("../golden/validation.json")).expect("validation.json"));
@@ -26,7 +29,7 @@ fn formulas_agree_with_their_second_implementation() {
     for record in &*RECORDS {
         let ready = record.ready().unwrap_or_else(|e| panic!("{}: {e}", record.name));
         let method = ready.method(contact::ALL[0]).expect("integrator");
-        let exact = (ready.truth.exact)(&ready.case, &method).unwrap_or_else(|| panic!("{} does not fit", record.name));
+        let exact = ready.truth.of(&ready.case, &method).unwrap_or_else(|why| panic!("{}: {why}", record.name));
         // Two formulas in other orders of operations: rounding, at most a hundred ulps.
         assert!((exact - record.exact).abs() <= 1e-12 * exact.abs(), "{}: {exact} {}", record.name, record.exact);
     }
@@ -94,5 +97,74 @@ fn the_mujoco_law_measures_what_mujoco_does() {
         let value = ready.value(&method);
         let scale = record.mujoco.abs().max(record.exact.abs());
         assert!((value - record.mujoco).abs() <= 1e-6 * scale + 1e-9, "{}: {value} {}", record.name, record.mujoco);
+    }
+}
+
+/// A scene of models/ at a keyframe or, with "", as it stands.
+fn scene(name: &str, key: &str, seconds: f64) -> Case {
+    let model = penny::load(&Path::new("models").join(name)).unwrap_or_else(|e| panic!("{name}: {e}")).model;
+    let mut start = State::new(&model);
+    if let Some(key) = model.keyframes.iter().find(|k| k.name == key) {
+        start.qpos.clone_from(&key.qpos);
+        start.qvel.clone_from(&key.qvel);
+    }
+    Case { model, start, seconds }
+}
+
+fn method(case: &Case) -> Method {
+    let contact = contact::by_name(case.model.contact_law().unwrap_or("penalty")).expect("law");
+    Method { contact, integrator: &integrate::rk4::METHOD, timestep: case.model.opt.timestep, rounds: 1 }
+}
+
+#[test]
+fn a_closed_form_fits_a_scene_or_says_what_it_needs() {
+    let files = std::fs::read_dir("models").expect("models/").map(|f| f.expect("a file").file_name());
+    let mut fitting = Vec::new();
+    for name in files.map(|f| f.to_string_lossy().into_owned()).filter(|name| name.ends_with(".xml")) {
+        let keys: Vec<String> = scene(&name, "", 1.0).model.keyframes.iter().map(|k| k.name.clone()).collect();
+        for key in keys.iter().map(String::as_str).chain([""]) {
+            for truth in truth::ALL {
+                let case = scene(&name, key, 0.1);
+                match truth.of(&case, &method(&case)) {
+                    Err(why) => assert!(why.contains(truth.name) || why.contains("--time"), "{why}"),
+                    // Neither this nor measuring panics.
+                    Ok(exact) => {
+                        assert!(exact.is_finite());
+                        truth.measure(&case, &method(&case)).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+                        fitting.push((name.clone(), truth.name));
+                    }
+                }
+            }
+        }
+    }
+    let falls: Vec<&str> = fitting.iter().filter(|(_, t)| *t == "fall").map(|(name, _)| name.as_str()).collect();
+    assert!(falls.contains(&"point_mass.xml") && !falls.contains(&"pendulum.xml"), "{fitting:?}");
+    // A length of --time that is too short or too long is no reason to print nonsense.
+    for (truth, name, seconds, part) in [
+        ("pendulum-period", "pendulum.xml", 1.0, "a period takes 2.1 s and --time only 1.0 s"),
+        ("fall", "disk.xml", 0.5, "touches nothing"),
+        ("restitution", "disk.xml", 1.0, "a sphere on a free joint"),
+        ("block-acceleration", "balls.xml", 1.0, "a box on a free joint"),
+    ] {
+        let case = scene(name, "", seconds);
+        let why = truth::by_name(truth).expect(truth).of(&case, &method(&case)).expect_err(truth);
+        assert!(why.contains(part), "{why}");
+    }
+}
+
+#[test]
+fn scenes_keep_the_closed_forms_that_they_name() {
+    for (name, key, seconds, tolerance) in [
+        // Of RK4 over two swings, and over a parabola: rounding.
+        ("pendulum.xml", "", 5.0, 1e-8),
+        ("point_mass.xml", "", 0.1, 1e-12),
+        // The ball still hops from the 1 mm that it fell, and the law's tanh is not yet full friction.
+        ("circle.xml", "slide", 1.0, 0.02),
+    ] {
+        let case = scene(name, key, seconds);
+        let truth = truth::of(&case.model).and_then(truth::by_name).expect(name);
+        let exact = truth.of(&case, &method(&case)).unwrap_or_else(|why| panic!("{name}: {why}"));
+        let found = truth.measure(&case, &method(&case)).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+        assert!((found / exact - 1.0).abs() < tolerance, "{name}: {found} {exact}");
     }
 }
