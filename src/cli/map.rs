@@ -1,12 +1,13 @@
 //! `penny sweep --map X,Y`: where a scene stays stable, and where theory says it does.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::Failure;
-use super::format::{short, table};
+use super::format::{short, si, table};
 use super::scene;
 use crate::contact::Law;
 use crate::forward::Method;
@@ -14,7 +15,7 @@ use crate::integrate::Integrator;
 use crate::plot::palette::{CLASSES, INK, Marker, PAPER};
 use crate::plot::{self, Axis, Cells, Figure, Layer, Line, Panel};
 use crate::sweep::Case;
-use crate::sweep::map::{self as stability, Class, Map, QUANTITIES, Quantity, Range, Setting};
+use crate::sweep::map::{self as stability, Class, Limit, Map, QUANTITIES, Quantity, Range, Setting};
 
 /// The two axes of a map, each with its range if one was given.
 #[derive(Clone)]
@@ -64,83 +65,136 @@ fn axis(text: &str) -> Result<AxisArg, String> {
     Ok(AxisArg { quantity, range })
 }
 
-/// Columns or rows at which the measured limit is looked for.
-const PROBES: usize = 12;
-
-/// The limit at one value of the other quantity: by theory and as measured.
-struct Limit {
-    at: f64,
-    theory: Option<f64>,
-    measured: Option<f64>,
+/// What a map is of, besides its axes.
+pub struct Request<'a> {
+    pub path: &'a Path,
+    pub case: Case,
+    pub laws: Vec<&'static Law>,
+    pub integrators: Vec<&'static Integrator>,
+    pub rounds: usize,
+    pub cells: usize,
+    pub directory: &'a Path,
 }
 
-pub fn map(
-    path: &Path,
-    case: Case,
-    laws: &[&'static Law],
-    integrators: &[&'static Integrator],
-    Axes(axes): &Axes,
-    cells: usize,
-    directory: &Path,
-) -> Result<(), Failure> {
+pub fn map(request: &Request, Axes(axes): &Axes) -> Result<(), Failure> {
+    let Request { path, case, rounds, cells, .. } = request;
     let timestep = case.model.opt.timestep;
-    let own = case.model.contact_law().and_then(|name| laws.iter().find(|l| l.name == name));
-    let contact = own.or(laws.first()).copied().ok_or_else(|| Failure::Usage("error: no contact law".to_owned()))?;
-    let setting =
-        |integrator| Setting { case: case.clone(), method: Method { contact, integrator, timestep, rounds: 1 } };
+    let setting = |contact, integrator| Setting {
+        case: case.clone(),
+        method: Method { contact, integrator, timestep, rounds: *rounds },
+    };
+    let methods: Vec<_> = request.laws.iter().flat_map(|&l| request.integrators.iter().map(move |&i| (l, i))).collect();
+    let first = methods.first().ok_or_else(|| Failure::Usage("error: no method to map".to_owned()))?;
     let quantities = [axes[0].quantity, axes[1].quantity];
     let mut spans = [[0.0; 2]; 2];
     for (span, axis) in spans.iter_mut().zip(axes) {
-        *span = range(axis, &setting(integrators[0]))?;
+        *span = range(axis, &setting(first.0, first.1))?;
     }
-    let [x, y] = spans.map(|[low, high]| edges(low, high, cells));
-    let bar = ProgressBar::new((cells * cells * integrators.len()) as u64);
+    let [x, y] = spans.map(|[low, high]| edges(low, high, *cells));
+    let mut sheet = Sheet::new(request, quantities)?;
+    if stability::touches_nothing(&setting(first.0, first.1)) {
+        sheet.note = format!("Nothing touches within {}: this is the flight alone. ", si(case.seconds, "s"));
+        eprintln!(
+            "warning: nothing touches within {}, so the map shows the flight alone: give it more time with --time",
+            si(case.seconds, "s")
+        );
+    }
+    let bar = ProgressBar::new((cells * cells * methods.len()) as u64);
     if let Ok(style) = ProgressStyle::with_template("  map {wide_bar} {percent} %, {eta} to go") {
         bar.set_style(style);
     }
-    let (mut panels, mut rows, mut records) = (Vec::new(), vec![heading(quantities)], Vec::new());
-    for &integrator in integrators {
-        let setting = setting(integrator);
+    for (contact, integrator) in methods {
+        let setting = setting(contact, integrator);
         let found = stability::map(&setting, quantities, &centres(&x), &centres(&y), || bar.inc(1));
-        let limits = limits(&setting, quantities, spans);
-        rows.push(summary(integrator, &limits));
-        records.push(record(integrator, &found, &limits));
-        panels.push(panel(integrator, quantities, [&x, &y], &found, &limits));
+        let limits = limits(&setting, quantities, &found);
+        let name = if request.laws.len() == 1 {
+            integrator.name.to_owned()
+        } else {
+            format!("{}, {}", contact.name, integrator.name)
+        };
+        sheet.predicted |= limits.list.iter().any(|l| l.theory.is_some());
+        sheet.rows.push(summary(&name, quantities, &limits));
+        sheet.records.push(record([contact.name, integrator.name], quantities, &found, &limits));
+        sheet.panels.push(panel(&name, quantities, [&x, &y], &found, &limits));
+        sheet.save([&found.x, &found.y])?;
     }
     bar.finish_and_clear();
-
-    let mut figure = Figure::new(
-        format!("Where {} stays stable", path.display()),
-        format!(
-            "{} law. White line: limit by theory, the spectral radius of the integrator's map of the spring; dots: limit \
-             as measured.\nRattling: {}.\nEnergy-gaining: {}.\nDiverging: {}.",
-            contact.name,
-            Class::Rattling.criterion(),
-            Class::Gaining.criterion(),
-            Class::Diverging.criterion()
-        ),
-        panels,
-    );
-    figure.columns = integrators.len().min(3);
-    figure.panel_size = if integrators.len() == 1 { [520.0, 400.0] } else { [270.0, 240.0] };
-    figure.legend = Class::ALL.iter().map(|c| (CLASSES[*c as usize], c.name().to_owned())).collect();
-    std::fs::create_dir_all(directory)
-        .map_err(|e| Failure::Problem(format!("error: {} cannot be written: {e}", directory.display())))?;
-    let stem = format!("map-{}-{}", quantities[0].name, quantities[1].name);
-    for ending in ["svg", "png"] {
-        let file = directory.join(format!("{stem}.{ending}"));
-        plot::save(&figure, &file).map_err(|e| Failure::Problem(format!("error: {e}")))?;
-    }
-    let document = json!({
-        "scene": path.file_name().map(|n| n.to_string_lossy()), "law": contact.name,
-        "x": quantities[0].name, "y": quantities[1].name, "x_values": centres(&x), "y_values": centres(&y),
-        "criteria": Class::ALL.iter().map(|c| (c.name(), c.criterion())).collect::<std::collections::BTreeMap<_, _>>(),
-        "integrators": records,
-    });
-    std::fs::write(directory.join(format!("{stem}.json")), format!("{document:#}\n"))?;
-    eprint!("{}: largest timestep, theory against measurement\n{}", path.display(), table(&rows));
-    eprintln!("{}: {stem}.json, {stem}.svg, {stem}.png", directory.display());
+    eprint!("{}: limits by theory and as measured\n{}", path.display(), table(&sheet.rows));
+    eprintln!("{}: {stem}.json, {stem}.svg, {stem}.png", request.directory.display(), stem = sheet.stem);
     Ok(())
+}
+
+/// What a map leaves. Written anew after each method, so that an interruption leaves those that are done.
+struct Sheet<'a> {
+    request: &'a Request<'a>,
+    quantities: [&'static Quantity; 2],
+    stem: String,
+    /// What is special about the runs; or empty.
+    note: String,
+    /// Whether theory has a limit anywhere.
+    predicted: bool,
+    rows: Vec<Vec<String>>,
+    records: Vec<serde_json::Value>,
+    panels: Vec<Panel>,
+}
+
+impl<'a> Sheet<'a> {
+    fn new(request: &'a Request<'a>, quantities: [&'static Quantity; 2]) -> Result<Sheet<'a>, Failure> {
+        std::fs::create_dir_all(request.directory)
+            .map_err(|e| Failure::Problem(format!("error: {} cannot be written: {e}", request.directory.display())))?;
+        let stem = format!("map-{}-{}", quantities[0].name, quantities[1].name);
+        let rows = vec![heading()];
+        Ok(Sheet {
+            request,
+            quantities,
+            stem,
+            note: String::new(),
+            predicted: false,
+            rows,
+            records: Vec::new(),
+            panels: Vec::new(),
+        })
+    }
+
+    fn save(&self, [x, y]: [&[f64]; 2]) -> Result<(), Failure> {
+        let Request { path, laws, integrators, directory, case, .. } = self.request;
+        let laws: Vec<_> = laws.iter().map(|law| law.name).collect();
+        let time = format!("{}, or {} steps where that is longer", si(case.seconds, "s"), stability::FEWEST);
+        let mut figure = Figure::new(
+            format!("Where {} stays stable", super::sweep::file_name(path)),
+            format!(
+                "{}{} law; each run takes {time}.\n{}; dots: limit as measured.\n\
+                 Rattling: {}.\nEnergy-gaining: {}.\nDiverging: {}.",
+                self.note,
+                laws.join(", "),
+                match self.predicted {
+                    true => "White line: limit by theory, the spectral radius of the integrator's map of the spring",
+                    false => "By theory no limit lies here",
+                },
+                Class::Rattling.criterion(),
+                Class::Gaining.criterion(),
+                Class::Diverging.criterion()
+            ),
+            self.panels.clone(),
+        );
+        figure.columns = integrators.len().min(if laws.len() == 1 { 3 } else { 5 });
+        let alone = laws.len() * integrators.len() == 1;
+        figure.panel_size = if alone { [520.0, 400.0] } else { [270.0, 240.0] };
+        figure.legend = Class::ALL.iter().map(|c| (CLASSES[*c as usize], c.name().to_owned())).collect();
+        for ending in ["svg", "png"] {
+            let file = directory.join(format!("{}.{ending}", self.stem));
+            plot::save(&figure, &file).map_err(|e| Failure::Problem(format!("error: {e}")))?;
+        }
+        let document = json!({
+            "scene": path.file_name().map(|n| n.to_string_lossy()), "laws": laws, "time": case.seconds,
+            "x": self.quantities[0].name, "y": self.quantities[1].name, "x_values": x, "y_values": y,
+            "criteria": Class::ALL.iter().map(|c| (c.name(), c.criterion())).collect::<BTreeMap<_, _>>(),
+            "finished": self.records.len() == laws.len() * integrators.len(),
+            "methods": self.records,
+        });
+        std::fs::write(directory.join(format!("{}.json", self.stem)), format!("{document:#}\n"))?;
+        Ok(())
+    }
 }
 
 /// The range of an axis: as asked for, or the quantity's own.
@@ -162,50 +216,41 @@ fn centres(edges: &[f64]) -> Vec<f64> {
     edges.windows(2).map(|pair| (pair[0] * pair[1]).sqrt()).collect()
 }
 
-/// Limits of the timestep along the other axis; none if no axis is the timestep.
-fn limits(setting: &Setting, quantities: [&Quantity; 2], spans: [[f64; 2]; 2]) -> Vec<Limit> {
-    let Some(time) = quantities.iter().position(|q| q.name == "timestep") else { return Vec::new() };
-    let other = 1 - time;
-    let values = centres(&edges(spans[other][0], spans[other][1], PROBES));
-    let limit = |&at: &f64| {
-        let set = |h: f64| {
-            let mut pair = [h; 2];
-            pair[other] = at;
-            stability::at(setting, quantities, pair)
-        };
-        let grows = |h: f64| stability::predicted(&set(h)).is_some_and(|r| r > 1.0 + 1e-12);
-        let theory = stability::boundary(spans[time], |h| !grows(h));
-        let measured = stability::boundary(spans[time], |h| !stability::unstable(stability::classify(&set(h))));
-        Limit { at, theory, measured }
-    };
-    values.iter().map(limit).collect()
+/// Limits, and the axis that they are of.
+struct Limits {
+    along: usize,
+    list: Vec<Limit>,
 }
 
-fn heading([x, y]: [&Quantity; 2]) -> Vec<String> {
-    let other = if x.name == "timestep" { y } else { x };
-    let first = String::new();
-    vec![
-        first,
-        format!("at {}", other.name),
-        "theory s".into(),
-        "measured s".into(),
-        "median deviation".into(),
-        "largest".into(),
-    ]
+/// Limits of the timestep if it is an axis. Else of the axis along which theory has more of them.
+fn limits(setting: &Setting, quantities: [&Quantity; 2], found: &Map) -> Limits {
+    let on = |along: usize| Limits { along, list: stability::limits(setting, quantities, found, along) };
+    if let Some(along) = quantities.iter().position(|q| q.name == "timestep") {
+        return on(along);
+    }
+    let predicted = |limits: &Limits| limits.list.iter().filter(|l| l.theory.is_some()).count();
+    let [x, y] = [0, 1].map(on);
+    if predicted(&x) > predicted(&y) { x } else { y }
+}
+
+fn heading() -> Vec<String> {
+    ["", "limit of", "at", "theory", "measured", "median deviation", "largest"].map(str::to_owned).to_vec()
 }
 
 /// The limit in the middle of the map, and how far measurement is from theory anywhere.
-fn summary(integrator: &Integrator, limits: &[Limit]) -> Vec<String> {
+fn summary(name: &str, quantities: [&Quantity; 2], Limits { along, list }: &Limits) -> Vec<String> {
     let number = |x: Option<f64>| x.map_or("none".to_owned(), short);
     let both = |l: &Limit| Some((l.measured? / l.theory? - 1.0).abs());
-    let mut deviations: Vec<f64> = limits.iter().filter_map(both).collect();
+    let mut deviations: Vec<f64> = list.iter().filter_map(both).collect();
     deviations.sort_by(f64::total_cmp);
     let percent = |x: Option<&f64>| x.map_or("–".to_owned(), |w| format!("{:.2} %", 100.0 * w));
     let found = |l: &&Limit| l.theory.is_some() || l.measured.is_some();
-    let limit = limits.iter().filter(found).nth(limits.iter().filter(found).count() / 2);
+    let limit = list.iter().filter(found).nth(list.iter().filter(found).count() / 2);
+    let [of, other] = [quantities[*along].name, quantities[1 - along].name];
     vec![
-        integrator.name.to_owned(),
-        number(limit.map(|l| l.at)),
+        name.to_owned(),
+        of.to_owned(),
+        limit.map_or(format!("any {other}"), |l| format!("{other} {}", short(l.at))),
         number(limit.and_then(|l| l.theory)),
         number(limit.and_then(|l| l.measured)),
         percent(deviations.get(deviations.len() / 2)),
@@ -213,31 +258,27 @@ fn summary(integrator: &Integrator, limits: &[Limit]) -> Vec<String> {
     ]
 }
 
-fn record(integrator: &Integrator, found: &Map, limits: &[Limit]) -> serde_json::Value {
-    let limits: Vec<_> =
-        limits.iter().map(|l| json!({ "at": l.at, "theory": l.theory, "measured": l.measured })).collect();
+fn record([law, integrator]: [&str; 2], quantities: [&Quantity; 2], found: &Map, limits: &Limits) -> serde_json::Value {
+    let list: Vec<_> =
+        limits.list.iter().map(|l| json!({ "at": l.at, "theory": l.theory, "measured": l.measured })).collect();
     json!({
-        "integrator": integrator.name,
+        "law": law,
+        "integrator": integrator,
         "classes": found.classes.iter().map(|c| c.name()).collect::<Vec<_>>(),
-        "limits": limits,
+        "limits_of": quantities[limits.along].name,
+        "limits": list,
     })
 }
 
-fn panel(
-    integrator: &Integrator,
-    quantities: [&Quantity; 2],
-    edges: [&[f64]; 2],
-    found: &Map,
-    limits: &[Limit],
-) -> Panel {
+fn panel(name: &str, quantities: [&Quantity; 2], edges: [&[f64]; 2], found: &Map, limits: &Limits) -> Panel {
     let colors = found.classes.iter().map(|c| CLASSES[*c as usize]).collect();
     let mut layers = vec![Layer::Cells(Cells { x: edges[0].to_vec(), y: edges[1].to_vec(), colors })];
-    let place = |at: f64, h: f64| if quantities[0].name == "timestep" { [h, at] } else { [at, h] };
-    let theory: Vec<[f64; 2]> = limits.iter().filter_map(|l| Some(place(l.at, l.theory?))).collect();
-    let measured: Vec<[f64; 2]> = limits.iter().filter_map(|l| Some(place(l.at, l.measured?))).collect();
+    let place = |at: f64, limit: f64| if limits.along == 0 { [limit, at] } else { [at, limit] };
+    let theory: Vec<[f64; 2]> = limits.list.iter().filter_map(|l| Some(place(l.at, l.theory?))).collect();
+    let measured: Vec<[f64; 2]> = limits.list.iter().filter_map(|l| Some(place(l.at, l.measured?))).collect();
     layers.push(Layer::Line(Line::new("", INK, theory.clone()).over().wide(5.0)));
     layers.push(Layer::Line(Line::new("", PAPER, theory).over().wide(2.5)));
     layers.push(Layer::Line(Line::new("", INK, measured).over().wide(0.0).marked(Marker::Circle)));
     let axis = |q: &Quantity| Axis::log(q.label).tight();
-    Panel::new(integrator.name, axis(quantities[0]), axis(quantities[1]), layers)
+    Panel::new(name, axis(quantities[0]), axis(quantities[1]), layers)
 }

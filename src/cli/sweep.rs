@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::Failure;
 use super::format::{short, si, table};
+use super::map;
 use super::mujoco::{MuJoCo, Scene};
 use super::scene::{self, StartArgs};
 use crate::contact::{self, Law};
@@ -19,9 +20,10 @@ use crate::model::Model;
 use crate::plot;
 use crate::sweep::diagram::{Words, work_precision};
 use crate::sweep::grid::{self, Row, Target, cheapest};
-use crate::sweep::reference::{self, Reference, converged};
+use crate::sweep::reference::{self, Reference};
 use crate::sweep::trajectory::{SAMPLES, distance, fit};
 use crate::sweep::{Case, truth};
+use crate::view::open::open;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -37,7 +39,8 @@ pub struct Args {
     /// Integrators, with commas [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = scene::integrator_parser())]
     integrators: Vec<String>,
-    /// Timesteps in seconds: a list `1e-3,1e-4`, or LOW..HIGH, or LOW..HIGH:COUNT, log-spaced [default: 1e-5..0.1:9]
+    /// Timesteps in seconds: a list `1e-3,1e-4`, or LOW..HIGH, or LOW..HIGH:COUNT, log-spaced; each is changed to the
+    /// nearest of which a whole number makes an eighth of --time [default: 1e-5..0.1:9]
     #[arg(long, value_name = "S", value_parser = timesteps, allow_negative_numbers = true)]
     timesteps: Option<Timesteps>,
     /// Simulated time in seconds
@@ -51,15 +54,16 @@ pub struct Args {
     rounds: usize,
     #[command(flatten)]
     start: StartArgs,
-    /// Go on with an interrupted sweep in the same directory
+    /// Go on with an interrupted sweep in the same directory (without it, an earlier sweep there is moved aside)
     #[arg(long)]
     resume: bool,
     /// Draw the map of stability over two of timestep, stiffness, damping, mass, mass-ratio, speed, friction instead;
-    /// each may carry a range: timestep=1e-4..1,stiffness
-    #[arg(long, value_name = "X,Y", value_parser = super::map::axes)]
-    map: Option<super::map::Axes>,
-    /// Cells of a map in each direction
-    #[arg(long, value_name = "N", default_value_t = 32, value_parser = scene::at_least_one)]
+    /// each may carry a range: timestep=1e-4..1,stiffness. It has the scene's contact law unless --laws names others.
+    /// Each run takes --time, or 400 steps where that is longer
+    #[arg(long, value_name = "X,Y", value_parser = map::axes, conflicts_with_all = ["truth", "timesteps", "resume"])]
+    map: Option<map::Axes>,
+    /// Cells of a map in each direction, at most 1000
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = cells, requires = "map")]
     cells: usize,
 }
 
@@ -95,15 +99,58 @@ fn timesteps(text: &str) -> Result<Timesteps, String> {
     Ok(Timesteps::Span(low, high, scene::at_least_one(count)?))
 }
 
+fn cells(text: &str) -> Result<usize, String> {
+    scene::at_least_one(text).ok().filter(|n| *n <= MOST_CELLS).ok_or(format!("must be from 1 to {MOST_CELLS}"))
+}
+
+/// A million runs.
+const MOST_CELLS: usize = 1000;
+
 impl Args {
     fn laws(&self, model: &Model) -> Vec<&'static Law> {
-        let named: Vec<_> = self.laws.iter().filter_map(|name| contact::by_name(name)).collect();
-        match named.is_empty() {
-            false => named,
-            // Without contacts the laws are one and the same.
-            true if contactless(model) => contact::ALL.iter().copied().take(1).collect(),
-            true => contact::ALL.to_vec(),
+        let named = self.laws.iter().filter_map(|name| contact::by_name(name));
+        let mut laws: Vec<_> = if self.laws.is_empty() { contact::ALL.to_vec() } else { named.collect() };
+        // Without contacts the laws are one and the same.
+        laws.truncate(if contactless(model) { 1 } else { laws.len() });
+        laws
+    }
+
+    /// The laws of a map: those that were named, else the scene's.
+    fn mapped(&self, model: &Model) -> Vec<&'static Law> {
+        let laws = self.laws(model);
+        let own = model.contact_law().unwrap_or(scene::DEFAULT_LAW);
+        match contact::by_name(own) {
+            Some(own) if self.laws.is_empty() => vec![own],
+            _ => laws,
         }
+    }
+
+    /// The timesteps to run, s; and, for those that were asked for, a sentence about what became of them.
+    fn timesteps(&self, case: &Case) -> (Vec<f64>, String) {
+        let asked = match self.timesteps.clone().unwrap_or(DEFAULT_TIMESTEPS) {
+            Timesteps::Span(low, high, count) => grid::spaced(low, high, count),
+            Timesteps::List(list) => list,
+        };
+        let fitted = |h: &f64| fit(case.seconds, *h).0;
+        let changed = |h: &&f64| (fitted(h) / **h - 1.0).abs() > 0.01;
+        let changed: Vec<String> = asked
+            .iter()
+            .filter(changed)
+            .map(|h| format!("{} to {}", si(*h, "s"), si(fitted(h), "s")))
+            .filter(|_| self.timesteps.is_some())
+            .collect();
+        let note = match changed.is_empty() {
+            true => String::new(),
+            false => format!(
+                "timesteps changed, so that a whole number makes an eighth of {}: {}\n",
+                si(case.seconds, "s"),
+                changed.join(", ")
+            ),
+        };
+        let mut list: Vec<f64> = asked.iter().map(fitted).collect();
+        list.sort_by(f64::total_cmp);
+        list.dedup();
+        (list, note)
     }
 
     fn integrators(&self) -> Vec<&'static Integrator> {
@@ -128,36 +175,47 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     let case = Case { model, start, seconds: args.time };
     let directory = args.directory();
     if let Some(axes) = &args.map {
-        let laws = args.laws(&case.model);
-        return super::map::map(&args.scene, case, &laws, &args.integrators(), axes, args.cells, &directory);
+        let request = map::Request {
+            path: &args.scene,
+            laws: args.mapped(&case.model),
+            integrators: args.integrators(),
+            case,
+            rounds: args.rounds,
+            cells: args.cells,
+            directory: &directory,
+        };
+        return map::map(&request, axes);
     }
-    let list = match args.timesteps.clone().unwrap_or(DEFAULT_TIMESTEPS) {
-        Timesteps::Span(low, high, count) => grid::timesteps(&case, low, high.min(args.time / SAMPLES as f64), count),
-        Timesteps::List(list) => list.into_iter().map(|h| fit(args.time, h).0).collect(),
-    };
+    let (list, changed) = args.timesteps(&case);
+    eprint!("{changed}");
     let laws = args.laws(&case.model);
     let methods = grid::methods(&laws, &args.integrators(), &list, args.rounds);
     let smallest = list.iter().copied().fold(f64::INFINITY, f64::min);
 
     let settings = json!({
         "scene": args.scene.file_name().map(|n| n.to_string_lossy()), "model": case.model.name,
+        "hash": open(&args.scene).map_err(Failure::Problem)?.hash,
         "time": args.time, "truth": truth_name(args.truth), "rounds": args.rounds,
         "qpos": case.start.qpos, "qvel": case.start.qvel, "ctrl": case.start.ctrl,
     });
-    let mut files = Files::open(&directory, &settings, args.resume)?;
-    let todo: Vec<Method> = methods.iter().copied().filter(|m| !files.rows.iter().any(|r| grid::is_of(r, m))).collect();
-    if todo.len() < methods.len() {
-        eprintln!(
-            "{}: {} of {} rows are there already",
-            directory.display(),
-            methods.len() - todo.len(),
-            methods.len()
-        );
+    let earlier = if args.resume { Earlier::read(&directory, &settings)? } else { Earlier::default() };
+    let is_new = !directory.exists();
+    fs::create_dir_all(&directory).map_err(cannot(&directory))?;
+    // Only with a truth at hand is anything of an earlier sweep touched.
+    let found = target(args, &case, &laws, smallest, &earlier.references);
+    if found.is_err() && is_new {
+        let _ = fs::remove_dir(&directory);
     }
-
-    let bar = bar("finding the truth", 0);
-    let (target, notes, unit) = target(args, &case, &laws, smallest)?;
-    bar.finish_and_clear();
+    let (target, notes, unit) = found?;
+    let mut files = Files::open(&directory, settings, &target, earlier, args.resume)?;
+    let todo: Vec<Method> = methods.iter().copied().filter(|m| !files.rows.iter().any(|r| grid::is_of(r, m))).collect();
+    let place = directory.display();
+    if todo.len() < methods.len() {
+        eprintln!("{place}: {} of {} rows are there already", methods.len() - todo.len(), methods.len());
+    }
+    if !todo.is_empty() {
+        eprintln!("{place}: each row is kept as it comes; after an interruption, --resume goes on");
+    }
     let bar = self::bar("accuracy", work(&todo));
     let mut problem = None;
     grid::accuracy(&case, &target, &todo, |row| {
@@ -180,19 +238,31 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     let name = args.scene.display().to_string();
     let uncertainty = uncertainties(&target);
     let words = Words {
-        title: format!("What accuracy costs: {name}"),
+        title: format!("What accuracy costs: {}", file_name(&args.scene)),
         subtitle: format!("{} of simulated time\n{}", si(args.time, "s"), notes.join("\n")),
         error: unit.clone(),
     };
     let figure = work_precision(&rows, words, &uncertainty);
-    for file in ["sweep.svg", "sweep.png"] {
+    for file in PICTURES {
         plot::save(&figure, &directory.join(file)).map_err(|e| Failure::Problem(format!("error: {e}")))?;
     }
-    let recommended = recommendations(&rows, &unit, &uncertainty);
-    files.finish(&settings, &notes, &rows)?;
+    let recommended =
+        recommendations(&rows, &unit, &uncertainty, contactless(&case.model), args.truth == Truth::Converged);
+    files.finish(&notes, &rows)?;
     eprint!("{name}, {}\n{}\n{recommended}", si(args.time, "s"), notes.join("\n"));
     eprintln!("{}: sweep.csv, sweep.json, sweep.svg, sweep.png", directory.display());
     Ok(())
+}
+
+/// Names and what each needs, a line each.
+fn list(known: &[Vec<String>]) -> String {
+    let width = known.iter().map(|line| line[0].len()).max().unwrap_or(0);
+    known.iter().map(|line| format!("  {:width$}  {}\n", line[0], line[1])).collect()
+}
+
+/// Without the folders, for titles.
+pub fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 fn truth_name(truth: Truth) -> &'static str {
@@ -214,13 +284,23 @@ fn target(
     case: &Case,
     laws: &[&'static Law],
     smallest: f64,
+    known: &BTreeMap<String, Reference>,
 ) -> Result<(Target, Vec<String>, String), Failure> {
     let position = "position [m]".to_owned();
+    // One that was found before, if it is fine enough.
+    let known =
+        |law: &Law, timestep: f64| known.get(law.name).filter(|r| r.timestep <= timestep * (1.0 + 1e-9)).cloned();
     match args.truth {
         Truth::Converged => {
+            let fine = reference::timestep(case, smallest);
             let (mut references, mut notes) = (BTreeMap::new(), Vec::new());
+            let missing: Vec<_> = laws.iter().copied().filter(|law| known(law, fine).is_none()).collect();
+            let bar = bar("truth", reference::work(case, missing.len(), smallest).max(1));
+            let found = reference::converged(case, &missing, smallest, |steps| bar.inc(steps));
+            bar.finish_and_clear();
+            let found: BTreeMap<_, _> = missing.iter().map(|law| law.name).zip(found).collect();
             for law in laws {
-                let Some(found) = converged(case, law, smallest) else {
+                let Some(found) = known(law, fine).or_else(|| found.get(law.name).cloned().flatten()) else {
                     notes.push(format!("{}: no reference, it diverges even at the smallest timestep", law.name));
                     continue;
                 };
@@ -235,50 +315,59 @@ fn target(
             Ok((Target::Poses(references), notes, position))
         }
         Truth::Mujoco => {
-            let found = mujoco(args, case, smallest)?;
+            let fine = (smallest / 2.0).max(args.time / 2e5);
+            let bar = bar("finding the truth", 0);
+            let found = match laws.iter().find_map(|law| known(law, fine)) {
+                Some(found) => found,
+                None => mujoco(args, case, fine)?,
+            };
+            bar.finish_and_clear();
             let note = format!("truth is {}, uncertain by {} m", found.about, plot::number(found.uncertainty));
             let references = laws.iter().map(|law| (law.name, found.clone())).collect();
             Ok((Target::Poses(references), vec![note], position))
         }
         Truth::Analytic => {
-            let known = || truth::ALL.iter().map(|t| t.name).collect::<Vec<_>>().join(", ");
             let name = truth::of(&case.model).ok_or_else(|| {
+                let known = truth::ALL.iter().map(|t| vec![t.name.to_owned(), t.needs.to_owned()]).collect::<Vec<_>>();
                 Failure::Usage(format!(
-                    "error: the scene names no closed form: add <custom><text name=\"penny.truth\" data=\"…\"/></custom> \
-                     with one of {}, or use --truth converged",
-                    known()
+                    "error: the scene names no closed form: add \
+                     <custom><text name=\"penny.truth\" data=\"…\"/></custom> with one of these, or use --truth converged\n{}",
+                    list(&known)
                 ))
             })?;
             let found = truth::by_name(name).ok_or_else(|| {
-                Failure::Problem(format!("error: the scene names the closed form `{name}`; Penny has {}", known()))
+                Failure::Problem(format!("error: the scene names the closed form `{name}`, which Penny does not have"))
             })?;
             let method = grid::methods(laws, &args.integrators(), &[smallest], args.rounds);
-            let exact = method.first().and_then(|m| (found.exact)(case, m)).ok_or_else(|| {
-                Failure::Problem(format!("error: the scene is not what the closed form `{name}` is about"))
-            })?;
+            let method = method.first().ok_or_else(|| Failure::Usage("error: no method to run".to_owned()))?;
+            let exact = found.of(case, method).map_err(|why| Failure::Problem(format!("error: {why}")))?;
             let note = format!("truth is {}: {} = {}", found.about, found.quantity, short(exact));
             Ok((Target::Exact(found), vec![note], found.quantity.to_owned()))
         }
     }
 }
 
-/// MuJoCo at a timestep smaller than the sweep's smallest, and at twice that.
-fn mujoco(args: &Args, case: &Case, smallest: f64) -> Result<Reference, Failure> {
+/// MuJoCo at a timestep smaller than the sweep's smallest, and at twice that: with the scene's integrator and with RK4,
+/// of which the one counts that changes least.
+fn mujoco(args: &Args, case: &Case, fine: f64) -> Result<Reference, Failure> {
     let mut mujoco = MuJoCo::start()?;
-    let integrator = integrate::by_name(&case.model.opt.integrator)
-        .ok_or_else(|| Failure::Problem(format!("error: unknown integrator `{}`", case.model.opt.integrator)))?;
-    let fine = (smallest / 2.0).max(args.time / 2e5);
-    let mut run = |h: f64| {
-        let (timestep, each) = fit(args.time, h);
-        let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: 1 };
-        mujoco.load(&Scene::Path(&args.scene), &case.model, &method, &case.start, true)?;
-        mujoco.rollout(each * SAMPLES, each).map(|rows| reference::from_qpos(case, &rows))
-    };
-    let (samples, coarser) = (run(fine)?, run(2.0 * fine)?);
-    let uncertainty = distance(&case.model, &samples, &coarser)
-        .filter(|_| samples.len() == SAMPLES)
-        .ok_or_else(|| Failure::Problem("error: MuJoCo's own run is unstable: it is no reference".to_owned()))?;
-    Ok(Reference { samples, uncertainty, about: format!("MuJoCo 4.0.0 at h = {} s", plot::number(fine)) })
+    let mut best: Option<Reference> = None;
+    let own = integrate::by_name(&case.model.opt.integrator);
+    for integrator in own.into_iter().chain([&integrate::rk4::METHOD]) {
+        let mut run = |h: f64| {
+            let (timestep, each) = fit(args.time, h);
+            let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: 1 };
+            mujoco.load(&Scene::Path(&args.scene), &case.model, &method, &case.start, true)?;
+            mujoco.rollout(each * SAMPLES, each).map(|rows| reference::from_qpos(case, &rows))
+        };
+        let (samples, coarser) = (run(fine)?, run(2.0 * fine)?);
+        let difference = distance(&case.model, &samples, &coarser).filter(|_| samples.len() == SAMPLES);
+        if let Some(uncertainty) = difference.filter(|u| best.as_ref().is_none_or(|b| *u < b.uncertainty)) {
+            let about = format!("MuJoCo 4.0.0 with {} at h = {} s", integrator.name, plot::number(fine));
+            best = Some(Reference { samples, uncertainty, about, timestep: fine });
+        }
+    }
+    best.ok_or_else(|| Failure::Problem("error: MuJoCo's own run is unstable: it is no reference".to_owned()))
 }
 
 fn uncertainties(target: &Target) -> BTreeMap<String, f64> {
@@ -288,8 +377,14 @@ fn uncertainties(target: &Target) -> BTreeMap<String, f64> {
     }
 }
 
-/// The cheapest method for each accuracy, as a table.
-fn recommendations(rows: &[Row], unit: &str, uncertainty: &BTreeMap<String, f64>) -> String {
+/// The cheapest method for each accuracy, as a table. `contactless`: the laws are one and the same.
+fn recommendations(
+    rows: &[Row],
+    unit: &str,
+    uncertainty: &BTreeMap<String, f64>,
+    contactless: bool,
+    own_truths: bool,
+) -> String {
     let mut lines = vec![
         ["error at most", "cheapest method", "timestep", "error", "a step", "times real time"]
             .map(str::to_owned)
@@ -299,7 +394,7 @@ fn recommendations(rows: &[Row], unit: &str, uncertainty: &BTreeMap<String, f64>
         let mut line = vec![format!("{tolerance:.0e}")];
         match cheapest(rows, tolerance) {
             Some(row) => line.extend([
-                format!("{} with {}", row.law, row.integrator),
+                if contactless { row.integrator.clone() } else { format!("{} with {}", row.law, row.integrator) },
                 si(row.timestep, "s"),
                 format!("{:.1e}", row.error.unwrap_or(f64::NAN)),
                 si(row.ns_per_step.unwrap_or(f64::NAN) * 1e-9, "s"),
@@ -311,8 +406,14 @@ fn recommendations(rows: &[Row], unit: &str, uncertainty: &BTreeMap<String, f64>
     }
     let unstable = rows.iter().filter(|r| !r.stable).count();
     let mut text = format!("\nError of {unit}\n{}", table(&lines));
-    if let Some((law, u)) = uncertainty.iter().find(|(_, u)| **u > TOLERANCES[2]) {
-        text += &format!("  (the truth for {law} is itself uncertain by {u:.1e} m)\n");
+    let doubtful = uncertainty.iter().filter(|(_, u)| **u > TOLERANCES[2]).map(|(law, u)| format!("{law} {u:.1e} m"));
+    let doubtful: Vec<_> = doubtful.collect();
+    if !doubtful.is_empty() {
+        text +=
+            &format!("  (errors below this mean nothing, for the truth is no better known: {})\n", doubtful.join(", "));
+    }
+    if own_truths && rows.iter().any(|r| r.law != rows[0].law) {
+        text += "  Each law is measured against its own truth: this tells which is quick, not which law is right.\n";
     }
     if unstable > 0 {
         text += &format!("  {unstable} of {} methods were unstable\n", rows.len());
@@ -331,43 +432,100 @@ fn bar(what: &'static str, length: u64) -> ProgressBar {
     bar
 }
 
+/// What an earlier sweep left in a directory.
+#[derive(Default)]
+struct Earlier {
+    rows: Vec<Row>,
+    references: BTreeMap<String, Reference>,
+}
+
+impl Earlier {
+    /// Errors: none is there, it is damaged, or it had other settings.
+    fn read(directory: &Path, settings: &Value) -> Result<Earlier, Failure> {
+        let place = directory.display();
+        let text = fs::read_to_string(directory.join(JSON))
+            .map_err(|_| Failure::Usage(format!("error: there is no sweep in {place} to resume")))?;
+        let damaged = |file: &str, why: String| {
+            let cure = "leave out --resume to begin anew";
+            Failure::Problem(format!("error: {} is damaged: {why}; {cure}", directory.join(file).display()))
+        };
+        let before: Value = serde_json::from_str(&text).map_err(|e| damaged(JSON, e.to_string()))?;
+        let Some(had) = before["settings"].as_object() else {
+            return Err(damaged(JSON, "it has no settings".to_owned()));
+        };
+        if let Some((key, now)) =
+            settings.as_object().into_iter().flatten().find(|(key, now)| had.get(*key) != Some(*now))
+        {
+            let then = had.get(key).unwrap_or(&Value::Null);
+            let what = match key.as_str() {
+                "hash" => "the scene has changed since".to_owned(),
+                _ => format!("it had {key} {then}, now {now}"),
+            };
+            let cure = "leave out --resume to begin anew, or name another --out";
+            return Err(Failure::Usage(format!("error: the sweep in {place} is another one: {what}; {cure}")));
+        }
+        let mut reader = csv::Reader::from_path(directory.join(CSV)).map_err(|e| damaged(CSV, e.to_string()))?;
+        // The last line may be half a line.
+        let rows = reader.deserialize().filter_map(Result::ok).collect();
+        Ok(Earlier { rows, references: serde_json::from_value(before["references"].clone()).unwrap_or_default() })
+    }
+}
+
+const CSV: &str = "sweep.csv";
+const JSON: &str = "sweep.json";
+const PICTURES: [&str; 2] = ["sweep.svg", "sweep.png"];
+
+/// Moves what an earlier sweep left into a folder of its own.
+fn set_aside(directory: &Path) -> Result<(), Failure> {
+    let rows = fs::read_to_string(directory.join(CSV)).map_or(0, |text| text.lines().skip(1).count());
+    if rows == 0 {
+        return Ok(());
+    }
+    let free = |n: &usize| !directory.join(format!("earlier-{n}")).exists();
+    let Some(n) = (1..).find(free) else { return Ok(()) };
+    let aside = directory.join(format!("earlier-{n}"));
+    fs::create_dir(&aside).map_err(cannot(&aside))?;
+    for file in [CSV, JSON].into_iter().chain(PICTURES).filter(|file| directory.join(file).exists()) {
+        fs::rename(directory.join(file), aside.join(file)).map_err(cannot(&aside))?;
+    }
+    eprintln!("{}: the earlier sweep ({rows} rows) is now in {}", directory.display(), aside.display());
+    Ok(())
+}
+
+/// "… cannot be written: why".
+fn cannot(path: &Path) -> impl Fn(std::io::Error) -> Failure {
+    move |e| Failure::Problem(format!("error: {} cannot be written: {e}", path.display()))
+}
+
 /// What a sweep writes while it runs.
 struct Files {
     csv: PathBuf,
     json: PathBuf,
+    /// Settings and references.
+    head: Value,
     rows: Vec<Row>,
 }
 
 impl Files {
-    /// Makes the directory; with `resume` reads the rows that are there.
-    fn open(directory: &Path, settings: &Value, resume: bool) -> Result<Files, Failure> {
-        let cannot =
-            |e: std::io::Error| Failure::Problem(format!("error: {} cannot be written: {e}", directory.display()));
-        fs::create_dir_all(directory).map_err(cannot)?;
-        let mut files =
-            Files { csv: directory.join("sweep.csv"), json: directory.join("sweep.json"), rows: Vec::new() };
-        if resume {
-            files.resume(settings)?;
+    /// Begins anew, or goes on with what is there.
+    fn open(
+        directory: &Path,
+        settings: Value,
+        target: &Target,
+        earlier: Earlier,
+        resume: bool,
+    ) -> Result<Files, Failure> {
+        if !resume {
+            set_aside(directory)?;
         }
-        let document = json!({ "settings": settings, "finished": false });
-        fs::write(&files.json, format!("{document:#}\n")).map_err(cannot)?;
-        files.rewrite(&files.rows.clone()).map_err(cannot)?;
+        let references = match target {
+            Target::Poses(references) => json!(references),
+            Target::Exact(_) => json!({}),
+        };
+        let head = json!({ "settings": settings, "references": references });
+        let files = Files { csv: directory.join(CSV), json: directory.join(JSON), head, rows: earlier.rows };
+        files.write_json(false, &[], &[]).and_then(|()| files.rewrite(&files.rows)).map_err(cannot(directory))?;
         Ok(files)
-    }
-
-    fn resume(&mut self, settings: &Value) -> Result<(), Failure> {
-        let directory = self.csv.parent().map(|p| p.display().to_string()).unwrap_or_default();
-        let text = fs::read_to_string(&self.json)
-            .map_err(|_| Failure::Usage(format!("error: there is no sweep in {directory} to resume")))?;
-        let before: Value = serde_json::from_str(&text).unwrap_or_default();
-        if before["settings"] != *settings {
-            let text = format!("error: the sweep in {directory} had other settings: {}", before["settings"]);
-            return Err(Failure::Usage(text));
-        }
-        let mut reader = csv::Reader::from_path(&self.csv).map_err(|e| Failure::Problem(format!("error: {e}")))?;
-        // The last line may be half a line.
-        self.rows = reader.deserialize().filter_map(Result::ok).collect();
-        Ok(())
     }
 
     fn append(&mut self, row: Row) -> std::io::Result<()> {
@@ -377,17 +535,30 @@ impl Files {
         Ok(())
     }
 
-    /// All rows anew, in one go: an interruption leaves the old file or the new one.
+    /// All rows anew.
     fn rewrite(&self, rows: &[Row]) -> std::io::Result<()> {
-        let aside = self.csv.with_extension("csv.new");
-        fs::write(&aside, lines(rows, true)?)?;
-        fs::rename(aside, &self.csv)
+        replace(&self.csv, &lines(rows, true)?)
     }
 
-    fn finish(&self, settings: &Value, notes: &[String], rows: &[Row]) -> Result<(), Failure> {
-        let document = json!({ "settings": settings, "finished": true, "truth": notes, "rows": rows });
-        fs::write(&self.json, format!("{document:#}\n")).map_err(Failure::from)
+    fn write_json(&self, finished: bool, notes: &[String], rows: &[Row]) -> std::io::Result<()> {
+        let mut document = self.head.clone();
+        document["finished"] = json!(finished);
+        document["truth"] = json!(notes);
+        document["rows"] = json!(rows);
+        replace(&self.json, format!("{document:#}\n").as_bytes())
     }
+
+    fn finish(&self, notes: &[String], rows: &[Row]) -> Result<(), Failure> {
+        self.write_json(true, notes, rows).map_err(cannot(&self.json))
+    }
+}
+
+/// Writes a file in one go: an interruption leaves the old one or the new one.
+fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut aside = path.as_os_str().to_owned();
+    aside.push(".new");
+    fs::write(&aside, bytes)?;
+    fs::rename(aside, path)
 }
 
 fn lines(rows: &[Row], header: bool) -> std::io::Result<Vec<u8>> {

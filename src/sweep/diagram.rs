@@ -25,8 +25,15 @@ pub fn work_precision(rows: &[Row], words: Words, uncertainty: &BTreeMap<String,
     let front: Vec<[f64; 2]> = pareto(rows).into_iter().filter_map(Row::place).map(floor).collect();
     let panels =
         laws.iter().map(|law| panel(rows, law, &words.error, &front, uncertainty.get(*law).copied())).collect();
-    let subtitle =
-        format!("{}\nDown and left is better; broad: the Pareto front, which no method beats.", words.subtitle);
+    let of = if laws.len() > 1 { " of all laws together" } else { "" };
+    let hidden = match rows.iter().filter(|r| r.place().is_none()).count() {
+        0 => String::new(),
+        n => format!(" Not drawn: {n} of {} methods, which were unstable.", rows.len()),
+    };
+    let subtitle = format!(
+        "{}\nDown and left is better; broad: the Pareto front{of}, which no method beats.{hidden}",
+        words.subtitle
+    );
     Figure { shared: true, ..Figure::new(words.title, subtitle, panels) }
 }
 

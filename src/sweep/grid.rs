@@ -47,10 +47,15 @@ pub struct Row {
     pub diverged_at: Option<f64>,
 }
 
-/// Timesteps per decade in a sweep, log-spaced.
-pub fn timesteps(case: &Case, smallest: f64, largest: f64, count: usize) -> Vec<f64> {
+/// So many numbers from one to another, log-spaced.
+pub fn spaced(smallest: f64, largest: f64, count: usize) -> Vec<f64> {
     let ratio = (largest / smallest).powf(1.0 / (count.max(2) - 1) as f64);
-    let mut list: Vec<f64> = (0..count).map(|i| fit(case.seconds, smallest * ratio.powi(i as i32)).0).collect();
+    (0..count).map(|i| smallest * ratio.powi(i as i32)).collect()
+}
+
+/// Log-spaced timesteps that reach every sample, s.
+pub fn timesteps(case: &Case, smallest: f64, largest: f64, count: usize) -> Vec<f64> {
+    let mut list: Vec<f64> = spaced(smallest, largest, count).iter().map(|h| fit(case.seconds, *h).0).collect();
     list.dedup();
     list
 }

@@ -1,12 +1,10 @@
 //! Stability maps: what becomes of a scene over two of its quantities, and the limit that theory predicts.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-use super::Case;
 use super::theory::{self, Spring};
+use super::{Case, on_all_cores};
 use crate::data::Data;
 use crate::dynamics::energy;
-use crate::forward::{Method, step};
+use crate::forward::{Method, forward, step};
 use crate::model::Model;
 use crate::state::State;
 
@@ -31,8 +29,9 @@ impl Class {
         [
             "none of the others",
             "the velocity reverses in more than a quarter of the steps, and motion goes on",
-            "more energy in the last quarter than in the first, by over 1 % of the kinetic energy",
-            "the run ends with the divergence report, or with 1000 times the energy",
+            "in the last quarter more energy than at the start or in the first quarter, by 1 % of what can move, \
+             or hops that grow",
+            "the run ends with the divergence report, or gains 1000 times what can move",
         ][self as usize]
     }
 }
@@ -213,56 +212,124 @@ fn set_spring(model: &mut Model, k: Option<f64>, zeta: Option<f64>) {
     }
 }
 
-/// Steps of a run that is classified: as many as its time needs, within these.
-const STEPS: [f64; 2] = [400.0, 4_000.0];
+/// The fewest steps of a run that is classified: growth needs some to show.
+pub const FEWEST: usize = 400;
 
-/// Runs a setting and says what becomes of it; the criteria are those of [`Class::criterion`].
+/// Runs a setting for its time, or [`FEWEST`] steps where that is longer, and says what becomes of it.
+///
+///     P = T₀ + V₀ + S₀ + max (U₀ − U)   what can move: motion, joint springs, contacts at the start, and what fell
+///
+///     diverging         a step fails, or  E − E₀ > 1000 P
+///     energy-gaining    min E > E₀ + S₀ + 0.01 P      in the last quarter, while nothing touches
+///                  or   max E > max E of the first quarter + 0.01 max(P, T of the first half)     in the last quarter
+///                  or   max E > min E of the third quarter + 0.1 T of the second half   in the last quarter, both
+///                       while nothing touches, if something touches in between: a hop higher than one before it
+///     rattling          v · v′ < 0 from one step to the next in over a quarter of the last quarter's steps, and
+///                       max T > 1e-6 P there
+///     stable            none of these
+///
+/// E = T + U is the energy of motion, weight and joint springs, J. What contacts store is not in it: so E is looked at
+/// while nothing touches. V₀ is the joint springs' part of U₀, and S₀ = Σ ½ F d what the contacts store at the start,
+/// by their forces and depths.
+///
+/// What starts in equilibrium, where even an unstable integrator stays, is nudged by [`NUDGE`].
 pub fn classify(setting: &Setting) -> Class {
     let Setting { case, method } = setting;
     let model = &case.model;
-    let steps = (case.seconds / method.timestep).clamp(STEPS[0], STEPS[1]) as usize;
+    let steps = ((case.seconds / method.timestep).ceil() as usize).max(FEWEST);
     let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(model), Data::new(model));
+    forward(model, method, &state, &mut scratch);
+    let stored: f64 = scratch.contacts.iter().map(|c| 0.5 * c.force[0] * (-c.dist).max(0.0)).sum();
+    let calm = 1e-6 * crate::explain::weight(model).max(1.0);
+    if state.qvel.iter().all(|v| *v == 0.0) && scratch.qacc.iter().all(|a| a.abs() < calm) {
+        state.qvel.fill(NUDGE);
+    }
+
+    let mut weightless = model.clone();
+    weightless.opt.flags.gravity = false;
+    let springs = energy::energy(&weightless, &state, &mut scratch).potential;
     let start = energy::energy(model, &state, &mut scratch);
-    let total = |e: &energy::Energy| e.kinetic + e.potential;
-    let mut quarters = [f64::NEG_INFINITY; 4];
-    quarters[0] = total(&start);
-    let (mut scale, mut late, mut reversals) = (start.kinetic.max(least(model)), 0.0f64, 0usize);
+    let first = start.kinetic + start.potential + stored;
+    let at_hand = start.kinetic + springs + stored + least(model, method.timestep);
+    let mut fallen = 0.0f64;
+    let mut quarters = [Quarter::default(); 4];
+    quarters[0].highest = first;
+    let (mut reversals, mut touched) = (0, false);
     let mut before = state.qvel.clone();
     for i in 0..steps {
-        if step(model, method, &mut state, &mut data).is_err() {
-            return Class::Diverging;
-        }
         let e = energy::energy(model, &state, &mut scratch);
-        let quarter = 4 * i / steps;
-        quarters[quarter] = quarters[quarter].max(total(&e));
-        if quarter < 2 {
-            scale = scale.max(e.kinetic);
-        } else if quarter == 3 {
-            late = late.max(e.kinetic);
-            reversals += usize::from(before.iter().zip(&state.qvel).map(|(a, b)| a * b).sum::<f64>() < 0.0);
-        }
-        if total(&e) - total(&start) > 1e3 * scale.min(start_scale(&start, model)) {
+        fallen = fallen.max(start.potential - e.potential);
+        if step(model, method, &mut state, &mut data).is_err()
+            || e.kinetic + e.potential - first > 1e3 * (at_hand + fallen)
+        {
             return Class::Diverging;
         }
+        let touches = data.contacts.iter().any(|c| c.force[0] > 0.0);
+        // An integrator leaves the contacts of its first or of its last look at a step.
+        quarters[4 * i / steps].push(&e, touches || touched);
+        touched = touches;
+        let reverses = before.iter().zip(&state.qvel).map(|(a, b)| a * b).sum::<f64>() < 0.0;
+        reversals += usize::from(reverses && 4 * i / steps == 3);
         before.copy_from_slice(&state.qvel);
     }
-    if quarters[3] > quarters[0] + 0.01 * scale {
+
+    let [early, _, third, last] = quarters;
+    let movable = at_hand + fallen;
+    let fastest = |quarters: &[Quarter]| quarters.iter().map(|q| q.kinetic).fold(0.0, f64::max);
+    let lowest = if last.free[0].is_finite() { last.free[0] } else { last.lowest };
+    let hop = last.free[1] - third.free[0];
+    let hops = third.touched || last.touched;
+    if lowest > first + 0.01 * movable
+        || last.highest > early.highest + 0.01 * movable.max(fastest(&quarters[..2]))
+        || hops && hop > (0.1 * fastest(&quarters[2..])).max(1e-6 * movable)
+    {
         Class::Gaining
-    } else if reversals > steps / 16 && late > 1e-6 * scale {
+    } else if reversals > steps / 16 && last.kinetic > 1e-6 * movable {
         Class::Rattling
     } else {
         Class::Stable
     }
 }
 
-/// Energies below this are rounding, J.
-fn least(model: &Model) -> f64 {
-    let weight = crate::explain::weight(model);
-    model.bodies.iter().map(|b| 1e-9 * b.mass * weight).sum::<f64>().max(1e-15)
+/// Velocity that disturbs an equilibrium, m/s or rad/s.
+const NUDGE: f64 = 1e-3;
+
+/// Energies of a quarter of a run, J.
+#[derive(Clone, Copy)]
+struct Quarter {
+    lowest: f64,
+    highest: f64,
+    /// Lowest and highest while nothing touches.
+    free: [f64; 2],
+    /// Highest of motion.
+    kinetic: f64,
+    touched: bool,
 }
 
-fn start_scale(start: &energy::Energy, model: &Model) -> f64 {
-    (start.kinetic + start.potential.abs()).max(1e6 * least(model))
+impl Default for Quarter {
+    fn default() -> Quarter {
+        let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
+        Quarter { lowest: low, highest: high, free: [low, high], kinetic: 0.0, touched: false }
+    }
+}
+
+impl Quarter {
+    fn push(&mut self, energy: &energy::Energy, touches: bool) {
+        let total = energy.kinetic + energy.potential;
+        (self.lowest, self.highest) = (self.lowest.min(total), self.highest.max(total));
+        if !touches {
+            self.free = [self.free[0].min(total), self.free[1].max(total)];
+        }
+        self.kinetic = self.kinetic.max(energy.kinetic);
+        self.touched |= touches;
+    }
+}
+
+/// Energies below this are rounding, or what gravity does within a step, J.
+fn least(model: &Model, timestep: f64) -> f64 {
+    let weight = crate::explain::weight(model);
+    let within = 1e-9 * weight + 0.5 * (weight * timestep).powi(2);
+    model.bodies.iter().map(|b| b.mass * within).sum::<f64>().max(1e-15)
 }
 
 /// Whether energy comes from nowhere.
@@ -281,28 +348,23 @@ pub struct Map {
 
 /// Classifies all cells, on all cores; `finished` is told after each.
 pub fn map(setting: &Setting, axes: [&Quantity; 2], x: &[f64], y: &[f64], finished: impl Fn() + Sync) -> Map {
-    let next = AtomicUsize::new(0);
-    let count = x.len() * y.len();
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let worker = || {
-        let mut found = Vec::new();
-        loop {
-            let i = next.fetch_add(1, Ordering::Relaxed);
-            if i >= count {
-                return found;
-            }
-            found.push((i, classify(&at(setting, axes, [x[i % x.len()], y[i / x.len()]]))));
-            finished();
-        }
-    };
-    let mut classes = vec![Class::Stable; count];
-    std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..cores).map(|_| scope.spawn(worker)).collect();
-        for (i, class) in handles.into_iter().filter_map(|h| h.join().ok()).flatten() {
-            classes[i] = class;
-        }
+    let classes = on_all_cores(x.len() * y.len(), |i| {
+        let class = classify(&at(setting, axes, [x[i % x.len()], y[i / x.len()]]));
+        finished();
+        class
     });
     Map { x: x.to_vec(), y: y.to_vec(), classes }
+}
+
+/// Whether a scene in which things can touch runs for its time without that they do.
+pub fn touches_nothing(setting: &Setting) -> bool {
+    let Setting { case, method } = setting;
+    if case.model.plan.pairs + case.model.plan.swept == 0 {
+        return false;
+    }
+    let (mut state, mut data) = (case.start.clone(), Data::new(&case.model));
+    (0..(case.seconds / method.timestep).ceil() as usize)
+        .all(|_| step(&case.model, method, &mut state, &mut data).is_ok() && data.contacts.is_empty())
 }
 
 /// The setting with both quantities set. Springs come last: their damping ratio depends on the mass.
@@ -330,18 +392,57 @@ pub fn predicted(setting: &Setting) -> Option<f64> {
     springs.iter().filter_map(radius).reduce(f64::max)
 }
 
-/// Where along y, at one x, a property that holds at low y stops to hold; by bisection of the logarithm.
+/// Where a property that holds at one end of a range first changes, from `low` on: by equal ratios, then by bisection.
 ///
-/// `None` if it holds nowhere or everywhere in the range.
+/// `None` if it never changes.
 pub fn boundary([low, high]: [f64; 2], holds: impl Fn(f64) -> bool) -> Option<f64> {
-    let (mut good, mut bad) = (low, high);
-    let upward = holds(low);
-    if upward == holds(high) {
-        return None;
-    }
-    for _ in 0..14 {
+    let start = holds(low);
+    let at = |i: usize| low * (high / low).powf(i as f64 / SCAN as f64);
+    let i = (1..=SCAN).find(|&i| holds(at(i)) != start)?;
+    Some(bisect(at(i - 1), at(i), |y| holds(y) == start))
+}
+
+/// Places that [`boundary`] looks at first: beyond the first change a property may come back.
+const SCAN: usize = 48;
+
+/// Where a property that holds at `good` and not at `bad` ends, to 1 part in 1000 of their ratio.
+fn bisect(mut good: f64, mut bad: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..10 {
         let middle = (good * bad).sqrt();
-        if holds(middle) == upward { good = middle } else { bad = middle }
+        if holds(middle) { good = middle } else { bad = middle }
     }
-    Some((good * bad).sqrt())
+    (good * bad).sqrt()
+}
+
+/// The limit at one value of the other quantity: by theory and as measured.
+pub struct Limit {
+    pub at: f64,
+    pub theory: Option<f64>,
+    pub measured: Option<f64>,
+}
+
+/// Rows or columns of a map at which limits are looked for, about.
+const PROBES: usize = 12;
+
+/// Limits along one axis (0 or 1) of a map: where theory's growth begins, and where the map's runs start to gain
+/// energy, seen from its stable end and refined by bisection between two cells.
+pub fn limits(setting: &Setting, axes: [&Quantity; 2], map: &Map, along: usize) -> Vec<Limit> {
+    let (values, others) = if along == 0 { (&map.x, &map.y) } else { (&map.y, &map.x) };
+    let span = [values[0], values[values.len() - 1]];
+    let limit = |i: usize| {
+        let set = |value: f64| {
+            let mut pair = [others[i]; 2];
+            pair[along] = value;
+            at(setting, axes, pair)
+        };
+        let calm = |value: f64| predicted(&set(value)).is_none_or(|r| r <= 1.0 + 1e-12);
+        let class = |j: usize| map.classes[if along == 0 { i * map.x.len() + j } else { j * map.x.len() + i }];
+        let end = values.len() - 1;
+        let order: Vec<usize> = if unstable(class(0)) { (0..=end).rev().collect() } else { (0..=end).collect() };
+        let first = order.iter().position(|&j| unstable(class(j))).filter(|&n| n > 0);
+        let measured =
+            first.map(|n| bisect(values[order[n - 1]], values[order[n]], |value| !unstable(classify(&set(value)))));
+        Limit { at: others[i], theory: boundary(span, calm), measured }
+    };
+    (0..others.len()).step_by(others.len().div_ceil(PROBES)).map(limit).collect()
 }

@@ -16,6 +16,8 @@ pub mod trajectory;
 pub mod truth;
 pub mod validation;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use crate::model::Model;
 use crate::state::State;
 
@@ -26,4 +28,21 @@ pub struct Case {
     pub start: State,
     /// s
     pub seconds: f64,
+}
+
+/// f(0), f(1), … f(count − 1), computed on all cores, in order.
+fn on_all_cores<T: Send>(count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let worker = || {
+        let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < count);
+        std::iter::from_fn(take).map(|i| (i, f(i))).collect::<Vec<_>>()
+    };
+    let mut found: Vec<_> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(worker)).collect();
+        let joined = workers.into_iter().map(|w| w.join());
+        joined.flat_map(|part| part.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    });
+    found.sort_by_key(|(i, _)| *i);
+    found.into_iter().map(|(_, value)| value).collect()
 }

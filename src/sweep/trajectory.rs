@@ -1,21 +1,37 @@
 //! One run: where everything was at a few times, and how well the contacts kept their laws.
 
+use serde::{Deserialize, Serialize};
+
 use super::Case;
 use crate::data::{Contact, Data};
 use crate::dynamics::{self, energy};
 use crate::forward::{Diverged, Method, step};
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, Vec3, quat, vec3};
 use crate::model::Model;
 
 /// Times at which trajectories are compared, besides the start.
 pub const SAMPLES: usize = 8;
 
 /// A body somewhere.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "[f64; 7]", from = "[f64; 7]")]
 pub struct Pose {
     /// Centre of mass, m.
     pub com: Vec3,
     pub quat: Quat,
+}
+
+/// x, y, z, and the quaternion w, x, y, z.
+impl From<Pose> for [f64; 7] {
+    fn from(Pose { com, quat }: Pose) -> [f64; 7] {
+        [com.x, com.y, com.z, quat.w, quat.i, quat.j, quat.k]
+    }
+}
+
+impl From<[f64; 7]> for Pose {
+    fn from(numbers: [f64; 7]) -> Pose {
+        Pose { com: vec3(&numbers), quat: quat(&numbers[3..]) }
+    }
 }
 
 /// What a run showed.
