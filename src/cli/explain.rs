@@ -8,10 +8,12 @@ use super::scene::{self, MethodArgs};
 use crate::collision::exact;
 use crate::contact::constants::{self, Spring};
 use crate::contact::{penalty, tutorial};
+use crate::data::Data;
 use crate::explain::probe::{LARGEST, largest_timestep as probe};
-use crate::explain::{Touch, touches, weight};
+use crate::explain::{Touch, rehearsal, touches, weight};
 use crate::forward::Method;
 use crate::model::{Cone, GeomKind, Mix, Model};
+use crate::state::State;
 use crate::sweep::theory;
 
 #[derive(clap::Args)]
@@ -45,6 +47,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
         eprint!("\n{}", mapping(&model, &method, &group[0]));
     }
     eprint!("\n{}", mappings(&model, &method, &groups[0]));
+    eprint!("\n{}", rehearsed(&model, &method));
     Ok(())
 }
 
@@ -174,6 +177,16 @@ pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch]) -> Op
     joints.chain(pairs).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
+/// Said after a run in which `implicit-euler` could not solve every step's equation; empty otherwise.
+pub fn unsolved(data: &Data, steps: usize) -> String {
+    match data.newton.unsolved {
+        0 => String::new(),
+        n => format!(
+            "  in {n} of {steps} steps no end of the step fitted its forces: those of the nearest guess acted\n"
+        ),
+    }
+}
+
 /// One column a law: what it makes of the pair's numbers.
 fn meaning(model: &Model, method: &Method, asked: &MethodArgs, group: &[Touch]) -> String {
     let touch = &group[0];
@@ -251,10 +264,23 @@ fn parameters(mix: &Mix) -> String {
     )
 }
 
+/// What the start of the scene, tried out, says about the timestep.
+fn rehearsed(model: &Model, method: &Method) -> String {
+    let (law, integrator, h) = (method.contact.name, method.integrator.name, si(method.timestep, "s"));
+    let start = State::new(model);
+    let tried = format!("Its first seconds, tried with {law}, {integrator} and a step of {h}");
+    match rehearsal::largest_timestep(model, method, &start) {
+        None if !model.actuators.is_empty() => String::new(),
+        None => format!("{tried}, gain no energy.\n"),
+        Some(0.0) => format!("{tried}, gain energy; with each smaller step tried, too.\n"),
+        Some(limit) => format!("{tried}, gain energy; with {} they do not.\n", si(limit, "s")),
+    }
+}
+
 /// The largest stable timestep of every law and integrator, measured.
 fn timesteps(model: &Model, method: &Method, asked: &MethodArgs, touch: &Touch) -> String {
     let integrators = asked.integrators();
-    let mut rows = vec![vec!["largest stable timestep".to_owned()]];
+    let mut rows = vec![vec!["largest stable timestep of this contact alone".to_owned()]];
     rows[0].extend(integrators.iter().map(|i| i.name.to_owned()));
     let mut softens = false;
     for contact in asked.laws() {
@@ -262,17 +288,20 @@ fn timesteps(model: &Model, method: &Method, asked: &MethodArgs, touch: &Touch) 
         row.extend(integrators.iter().map(|&integrator| {
             match probe(model, &Method { contact, integrator, ..*method }, touch) {
                 None => "–".to_owned(),
+                Some(0.0) => "none".to_owned(),
                 Some(limit) if limit >= LARGEST => {
                     softens |= !integrator.implicit;
-                    "any".to_owned()
+                    "no limit found".to_owned()
                 }
                 Some(limit) => si(limit, "s"),
             }
         }));
         rows.push(row);
     }
-    let why = "  any: with a longer step REFSAFE makes the contact softer (timeconst is at least two steps)\n";
-    table(&rows) + if softens { why } else { "" }
+    let what = "  alone: moving along its normal only. Tilting, impacts and friction may bear less\n";
+    let why =
+        "  no limit found: with a longer step REFSAFE makes the contact softer (timeconst is at least two steps)\n";
+    table(&rows) + what + if softens { why } else { "" }
 }
 
 /// The tutorial's spring of all points together: they carry the whole mass.
@@ -285,6 +314,13 @@ fn total_spring(model: &Model, method: &Method, touch: &Touch) -> Spring {
 /// What the tutorial's formula for solref would have made of the tutorial's k and c.
 fn mapping(model: &Model, method: &Method, touch: &Touch) -> String {
     let spring = total_spring(model, method, touch);
+    if spring.c == 0.0 {
+        return format!(
+            "  solref for k = {} without damping: \"-{} 0\", which is -k/m and -c/m; no timeconst means it\n",
+            si(spring.k, "N/m"),
+            short(spring.k / spring.mass)
+        );
+    }
     let (right, tutorial) = (spring.solref(), spring.tutorial_solref());
     let got = Spring::of_solref(spring.mass, tutorial);
     let numbers = |[tau, zeta]: [f64; 2]| format!("\"{} {}\"", short(tau), short(zeta));
@@ -317,7 +353,10 @@ fn mappings(model: &Model, method: &Method, group: &[Touch]) -> String {
     let own = spring.zeta();
     let mut ratios = vec![0.2, 1.0, 3.0];
     ratios.retain(|ratio| (ratio - own).abs() > 1e-3);
-    ratios.push(own);
+    // Without damping there is no timeconst.
+    if own > 0.0 {
+        ratios.push(own);
+    }
     ratios.sort_by(f64::total_cmp);
     let mut rows =
         vec![["ζ", "timeconst = 2m/c", "the tutorial's √(m/k)", "which means", "", ""].map(str::to_owned).to_vec()];

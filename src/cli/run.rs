@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let method = args.method.method(&model)?;
     let mut state = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep);
-    eprint!("{}", account(&args.scene, &model, &method, steps));
+    eprint!("{}", account(&args.scene, &model, &method, &state, steps));
 
     let mut outputs = Outputs::default();
     if let Some(path) = &args.csv {
@@ -116,13 +116,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None if steps == 0 => Ok(()),
         None => {
             eprintln!("\n  {}", pace(steps, method.timestep, elapsed));
+            eprint!("{}", super::explain::unsolved(&data, steps));
             Ok(())
         }
     }
 }
 
 /// What is computed, how, and how far from its limit.
-fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String {
+fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: usize) -> String {
     let mut rows: Vec<[String; 2]> = requirements(model);
     rows.push(["contact law".into(), format!("{}: {}", method.contact.name, method.contact.about)]);
     if !method.contact.joints && model.plan.limits + model.plan.frictionloss > 0 {
@@ -140,10 +141,12 @@ fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String 
     let limit = largest_timestep(model, method, &touches);
     if let Some((limit, names)) = &limit {
         step += &match limit {
-            limit if *limit >= explain::probe::LARGEST => {
-                "; the springs are stable at any step of up to 1 s".to_owned()
-            }
-            _ => format!("; {names} is stable up to {}: margin {}", si(*limit, "s"), short(limit / method.timestep)),
+            limit if *limit >= explain::probe::LARGEST => "; no spring alone limits it".to_owned(),
+            _ => format!(
+                "; {names} alone is stable up to {}: margin {}",
+                si(*limit, "s"),
+                short(limit / method.timestep)
+            ),
         };
     }
     rows.push(["step".into(), step]);
@@ -154,7 +157,24 @@ fn account(path: &Path, model: &Model, method: &Method, steps: usize) -> String 
     for [name, value] in rows {
         text += &format!("  {name:<12} {value}\n");
     }
-    text + &warning(method, limit)
+    // A limit of the probe's own is none of the scene's.
+    let limit = limit.filter(|(limit, _)| *limit < explain::probe::LARGEST);
+    text + &warning(method, safe(model, method, start, limit))
+}
+
+/// The largest timestep that bears both a spring alone and the start of the run, tried out, and whose it is; `None` if the
+/// run's own does.
+fn safe(model: &Model, method: &Method, start: &State, limit: Option<(f64, String)>) -> Option<(f64, String)> {
+    // Where the smallest step tried gains as much, the timestep is not the cause: a start deep in the ground, for instance.
+    let rehearsed = |timestep: f64| {
+        let limit = explain::rehearsal::largest_timestep(model, &Method { timestep, ..*method }, start);
+        limit.filter(|limit| *limit > 0.0)
+    };
+    match limit.filter(|(limit, _)| *limit < method.timestep) {
+        Some((limit, names)) if limit > 0.0 => Some((rehearsed(rounded_down(limit)).unwrap_or(limit), names)),
+        Some(none) => Some(none),
+        None => rehearsed(method.timestep).map(|limit| (limit, "the scene".to_owned())),
+    }
 }
 
 /// Said before the first step where the timestep is beyond what the springs bear.
@@ -246,7 +266,7 @@ fn report(model: &Model, method: &Method, data: &Data, diverged: &Diverged) -> S
     }
     let touches = explain::touches(model, method);
     text += &match largest_timestep(model, method, &touches) {
-        Some((limit, names)) if limit < method.timestep => format!(
+        Some((limit, names)) if limit > 0.0 && limit < method.timestep.min(explain::probe::LARGEST) => format!(
             "  help: {names} is stable up to a timestep of {}, and this one is {}: try --timestep {:.1e}",
             si(limit, "s"),
             si(method.timestep, "s"),

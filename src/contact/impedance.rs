@@ -76,7 +76,8 @@ impl Reference {
         }
         let dwidth = solimp[1];
         if first <= 0.0 {
-            return Reference { stiffness: -first / (dwidth * dwidth), damping: -second / dwidth };
+            // Not −second, which would be −0 without damping.
+            return Reference { stiffness: -first / (dwidth * dwidth), damping: (0.0 - second) / dwidth };
         }
         let tau = if refsafe { first.max(2.0 * timestep) } else { first };
         let root = dwidth * tau * second;
@@ -105,6 +106,26 @@ impl Reference {
 #[inline]
 pub fn regularisation(d: f64, a: f64) -> f64 {
     (a * (1.0 - d) / d).max(MIN_VAL)
+}
+
+/// Depth over which a contact switches on, m.
+///
+///     explicit integrators: 0                implicit ones: w = 1e-3 g h²
+///
+/// A contact's force jumps from nothing to all at touch. Where the force at the end of the step is asked for, there
+/// may be no such end: without the force the body is in contact, with it it is not. Then it ends at the touch, with
+/// part of the force. So that a solver finds this end, the force grows over a depth w, a thousandth of what gravity
+/// can do in one step.
+///
+/// In: `gravity` g, m/s².
+pub fn onset(implicit: bool, timestep: f64, gravity: f64) -> f64 {
+    if implicit { 1e-3 * gravity * timestep * timestep } else { 0.0 }
+}
+
+/// Share of its force that a contact at a depth (m) has, with w from [`onset`].
+#[inline(always)]
+pub fn share(depth: f64, onset: f64) -> f64 {
+    if depth < onset { depth / onset } else { 1.0 }
 }
 
 #[cfg(test)]

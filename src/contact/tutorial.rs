@@ -15,15 +15,25 @@
 //! The force acts at the moving body's own surface, as in the course (r = R(θ) c for a corner, [0, −R] for the
 //! circle); between two moving bodies it acts midway, so that action equals reaction.
 //!
+//! Under an implicit integrator the law is asked for the force at the end of the step, and a sign would not tell which
+//! torque just ends a rotation. There both torques are steep lines through ω = 0, up to the limit,
+//!
+//!     τ = −min(μ F_n, |ω| / (ε h λ)) ω/|ω|,     ε = 1e-3
+//!
+//! with h the timestep and λ the inverse inertia that the torque meets, 1/(kg m²): a thousandth of what a step can
+//! change of ω. And contacts switch on over a small depth ([`impedance::onset`]).
+//!
 //! The course has no joints, so the law has neither their limits nor their dry friction.
 //!
 //! Source: C. Xing, Physics Simulation Tutorial (2025), Algorithms 1–4. Algorithm 1 as printed lets the damper
 //! act without contact too; like the course's other algorithms, Penny applies it in contact only.
 
 use super::impedance;
+use super::penalty::eigenvalues;
 use super::rows::NONE;
 use super::{Law, Start, surface_points};
 use crate::data::Data;
+use crate::dynamics;
 use crate::forward::Method;
 use crate::model::{Mix, Model};
 use crate::state::State;
@@ -38,6 +48,9 @@ pub static LAW: Law = Law {
 
 /// Steepness of the friction law where the scene gives no `penny.alpha`, s/m: full friction from about 2 cm/s on.
 pub const DEFAULT_ALPHA: f64 = 100.0;
+
+/// ε of the torques under an implicit integrator.
+const IMPLICIT_SPIN: f64 = 1e-3;
 
 /// Stiffness k (N/m) and damping c (N s/m) of one contact point.
 ///
@@ -56,6 +69,8 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     rows.begin(model);
     data.qacc.copy_from_slice(&data.qacc_smooth);
     data.qfrc_constraint.fill(0.0);
+    let implicit = method.integrator.implicit;
+    let onset = impedance::onset(implicit, method.timestep, dynamics::gravity(model).norm());
     for c in 0..data.contacts.len() {
         let contact = data.contacts[c];
         let mix = &model.mixes[contact.mix as usize];
@@ -71,7 +86,7 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
         let inverse_mass: f64 = contact.body.iter().map(|&b| model.bodies[b as usize].invweight0[0]).sum();
         let (k, damping) = spring_damper(model, mix, inverse_mass, method.timestep);
         let v = rows.velocities(c);
-        let normal = k * depth + damping * (-v[0]).max(0.0);
+        let normal = (k * depth + damping * (-v[0]).max(0.0)) * impedance::share(depth, onset);
         let mut force = [normal, 0.0, 0.0, 0.0, 0.0, 0.0];
 
         // Sliding, spinning, rolling.
@@ -85,16 +100,19 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
                 (force[1], force[2]) = (friction * v1, friction * v2);
             }
         }
+        // Torque per angular velocity near zero, N m s.
+        let steep = if implicit && dim >= 4 {
+            let [_, spin, roll] = eigenvalues(dim, |k, l| rows.own_compliance(c, k, l));
+            [spin, roll].map(|lambda| 1.0 / (IMPLICIT_SPIN * method.timestep * lambda))
+        } else {
+            [f64::INFINITY; 2]
+        };
         if dim >= 4 {
-            force[3] = -mix.friction[2] * normal * sign(v[3]);
+            [force[3]] = opposing([v[3]], mix.friction[2] * normal, steep[0]);
         }
         if dim >= 6 {
-            let (w1, w2) = (v[4], v[5]);
-            let speed = w1.hypot(w2);
-            if speed > 0.0 {
-                let torque = -model.tutorial.mu_roll.unwrap_or(mix.friction[3]) * normal / speed;
-                (force[4], force[5]) = (torque * w1, torque * w2);
-            }
+            let limit = model.tutorial.mu_roll.unwrap_or(mix.friction[3]) * normal;
+            [force[4], force[5]] = opposing([v[4], v[5]], limit, steep[1]);
         }
         rows.push_forces(c, 0, &force[..dim]);
         data.contacts[c].force = force;
@@ -103,7 +121,10 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     data.rows = rows;
 }
 
-/// −1, 0 or 1: unlike `f64::signum`, zero has no sign.
-fn sign(x: f64) -> f64 {
-    if x == 0.0 { 0.0 } else { x.signum() }
+/// Torque of size `limit` against an angular velocity, less where that is nearly zero: −min(limit, steep |ω|) ω/|ω|.
+///
+/// In: N m, N m s; `steep` may be infinite. At rest there is none.
+fn opposing<const N: usize>(w: [f64; N], limit: f64, steep: f64) -> [f64; N] {
+    let speed = w.iter().map(|w| w * w).sum::<f64>().sqrt();
+    if speed > 0.0 { w.map(|w| -w * (limit / speed).min(steep)) } else { [0.0; N] }
 }

@@ -1,6 +1,7 @@
 //! What the contacts of a scene mean in SI units: numbers for `penny explain` and `penny run`, never for a step.
 
 pub mod probe;
+pub mod rehearsal;
 
 use crate::collision::{Hits, Placed};
 use crate::contact::constants::{self, Carried, Spring};

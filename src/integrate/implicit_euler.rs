@@ -1,6 +1,8 @@
 use super::{Integrator, displace};
 use crate::contact::forest::Forest;
 use crate::data::Data;
+use crate::dynamics::free;
+use crate::dynamics::spatial::{ang, lin};
 use crate::forward::{Method, forward};
 use crate::model::Model;
 use crate::state::State;
@@ -17,6 +19,8 @@ pub const METHOD: Integrator = Integrator {
 /// Scratch of Newton's method.
 #[derive(Clone, Debug, Default)]
 pub struct Newton {
+    /// Steps so far whose equation was not solved; see [`advance`].
+    pub unsolved: usize,
     /// The end of the step, as guessed.
     trial: Option<State>,
     /// Unknown velocity, residual, Newton step (nv each).
@@ -24,15 +28,30 @@ pub struct Newton {
     residual: Vec<f64>,
     step: Vec<f64>,
     shifted: Vec<f64>,
+    /// By how much each velocity is shifted to differentiate (nv).
+    shifts: Vec<f64>,
+    /// What a residual is measured by, a number a tree, √J.
+    scales: Vec<f64>,
     /// ∂g/∂v of one island, row-major.
     jacobian: Vec<f64>,
     islands: Islands,
 }
 
-/// Iterations before the best guess so far is taken. Smooth forces need three or four.
-const MAX_ITERATIONS: usize = 30;
-/// Residual at which the velocity counts as solved, relative to 1 m/s or the largest velocity.
+/// Newton steps at most. Smooth forces need three or four, each kink of friction about one more.
+const MAX_ITERATIONS: usize = 40;
+/// Evaluations at most of one line search: enough to halve a step down to rounding.
+const MAX_TRIALS: usize = 50;
+/// Residual at which the velocity counts as solved, relative to the velocity and to what a step changes of it.
 const TOLERANCE: f64 = 1e-13;
+/// Residual up to which the last guess is as good as solved: rounding in stiff contacts leaves that much.
+const GOOD_ENOUGH: f64 = 1e-7;
+/// A shorter step is taken if the slope that is left along it is more than this share of that at its start.
+const SHARE: f64 = 0.5;
+/// Shift for differences, relative to what smooth forces change of the velocity in a step: a hundredth of the widths
+/// over which contact laws let their forces switch sign or on.
+const SHIFT: f64 = 1e-5;
+/// The same relative to the velocity itself: far above its rounding.
+const LEAST_SHIFT: f64 = 1e-8;
 
 /// Backward Euler: find the velocity v' at the end of the step with
 ///
@@ -40,10 +59,19 @@ const TOLERANCE: f64 = 1e-13;
 ///
 /// by Newton's method. The Jacobian ∂g/∂v' = 1 − h ∂qacc/∂v − h² ∂qacc/∂q contains everything that pushes:
 /// contacts found where the step ends, springs, gyroscopic forces. It is taken by forward differences; dofs that
-/// no contact couples are shifted at the same time. A step that does not reduce |g| is halved. Where a law jumps
-/// (the course's sign(ω) at ω = 0) no v' may solve g = 0: then the best guess stands.
+/// no contact couples are shifted at the same time.
 ///
-/// Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, §IV.8.
+/// M g is the gradient of an incremental potential (kinetic energy of v' − v, plus the potential energy at the end of
+/// the step, plus h times what is dissipated), as far as forces have potentials. Friction and contacts that switch on
+/// make it bend, and a full Newton step may jump from one side of the bend to the other for ever. So each step d is
+/// shortened to where the slope dᵀ M g along it is nearly zero. In this measure metres and radians, heavy and light
+/// compare.
+///
+/// Where no v' is found, since a force jumps, the step takes the forces at the last guess: v ← v + h qacc(q ⊕ h v', v').
+/// Such steps are counted.
+///
+/// Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, §IV.8; incremental potential:
+/// M. Ortiz, L. Stainier, The variational formulation of viscoplastic constitutive updates (1999).
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
     let mut newton = std::mem::take(&mut data.newton);
@@ -51,42 +79,89 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     trial.copy_from(state);
     trial.time += h;
     newton.v.clone_from(&state.qvel);
-    let mut norm = residual(model, method, state, &newton.v, &mut trial, data, &mut newton.residual);
-    let scale = 1.0 + largest(&state.qvel);
+    residual(model, method, state, &newton.v, &mut trial, data, &mut newton.residual);
+    newton.measure(model, h, state, data);
+    let mut size = newton.size(model, data);
     for _ in 0..MAX_ITERATIONS {
-        if norm <= TOLERANCE * scale {
+        if size <= TOLERANCE {
             break;
         }
         newton.islands.find(model, data);
         differentiate(model, method, state, &mut newton, &mut trial, data);
-        // Full step first, then shorter ones.
-        let (mut share, mut improved) = (1.0, false);
-        for _ in 0..8 {
-            newton.shifted.clear();
-            newton.shifted.extend(newton.v.iter().zip(&newton.step).map(|(v, dv)| v + share * dv));
-            let next = residual(model, method, state, &newton.shifted, &mut trial, data, &mut newton.residual);
-            if next < norm {
-                std::mem::swap(&mut newton.v, &mut newton.shifted);
-                (norm, improved) = (next, true);
-                break;
-            }
-            share *= 0.5;
-        }
-        if !improved {
+        let Some(next) = search(model, method, state, &mut newton, &mut trial, data) else { break };
+        let last = std::mem::replace(&mut size, next);
+        // What rounding leaves of a stiff contact, or a contact solver's tolerance, no further step removes.
+        if last <= GOOD_ENOUGH && next > 0.1 * last {
             break;
         }
     }
     // Once more at the answer, so that `data` shows the end of the step.
     residual(model, method, state, &newton.v, &mut trial, data, &mut newton.residual);
+    let solved = newton.size(model, data) <= GOOD_ENOUGH;
+    if !solved {
+        newton.unsolved += 1;
+        for (v, g) in newton.v.iter_mut().zip(&newton.residual) {
+            *v -= g;
+        }
+        trial.qpos.copy_from_slice(&state.qpos);
+        displace(model, &mut trial.qpos, &newton.v, h);
+    }
     state.remember(method, data);
-    state.qvel.copy_from_slice(&trial.qvel);
+    state.qvel.copy_from_slice(&newton.v);
     state.qpos.copy_from_slice(&trial.qpos);
     state.time += h;
     newton.trial = Some(trial);
     data.newton = newton;
 }
 
-/// g(v) = v − v₀ − h qacc(q₀ ⊕ h v, v); returns its largest element.
+/// Goes along the Newton step as far as it leads downhill. Out: the size of the residual there; `None` if nowhere.
+///
+/// Reads and writes v and residual.
+fn search(
+    model: &Model,
+    method: &Method,
+    start: &State,
+    newton: &mut Newton,
+    trial: &mut State,
+    data: &mut Data,
+) -> Option<f64> {
+    let Newton { v, residual: g, step, shifted, .. } = newton;
+    let slope = |g: &[f64], d: &[f64], data: &Data| product(model, data, d, g);
+    let mut first = slope(g, step, data);
+    let downhill = first < 0.0;
+    if !downhill {
+        // No way down: take the forces as they are.
+        step.iter_mut().zip(g.iter()).for_each(|(d, g)| *d = -g);
+        first = slope(g, step, data);
+    }
+    // The slope is negative at `low` and positive at `high`.
+    let ((mut low, mut at_low), (mut high, mut at_high)) = ((0.0, first), (f64::INFINITY, 0.0));
+    let mut share = 1.0;
+    for i in 0..MAX_TRIALS {
+        shifted.clear();
+        shifted.extend(v.iter().zip(step.iter()).map(|(v, d)| v + share * d));
+        residual(model, method, start, shifted, trial, data, g);
+        let now = slope(g, step, data);
+        if now <= SHARE * first.abs() && (now >= SHARE * first || high.is_infinite()) {
+            break;
+        }
+        if now < 0.0 {
+            (low, at_low) = (share, now)
+        } else {
+            (high, at_high) = (share, now)
+        }
+        // By turns where a straight line through both would end, and half way.
+        share = if i % 2 == 0 { low - at_low * (high - low) / (at_high - at_low) } else { 0.5 * (low + high) };
+        if !(share > low && share < high) || high - low < 1e-15 {
+            break;
+        }
+    }
+    let moved = shifted.iter().zip(v.iter()).any(|(a, b)| a != b);
+    std::mem::swap(v, shifted);
+    moved.then(|| newton.size(model, data))
+}
+
+/// g(v) = v − v₀ − h qacc(q₀ ⊕ h v, v).
 fn residual(
     model: &Model,
     method: &Method,
@@ -95,14 +170,90 @@ fn residual(
     trial: &mut State,
     data: &mut Data,
     g: &mut Vec<f64>,
-) -> f64 {
+) {
     trial.qpos.copy_from_slice(&start.qpos);
     displace(model, &mut trial.qpos, v, method.timestep);
     trial.qvel.copy_from_slice(v);
     forward(model, method, trial, data);
     g.clear();
     g.extend((0..v.len()).map(|i| v[i] - start.qvel[i] - method.timestep * data.qacc[i]));
-    largest(g)
+}
+
+impl Newton {
+    /// What is large and what is small in this step.
+    ///
+    /// Reads: the start of the step, accelerations at the first guess. Writes: shifts, scales.
+    fn measure(&mut self, model: &Model, h: f64, start: &State, data: &Data) {
+        let Newton { shifts, scales, .. } = self;
+        let norm = |t: usize, x: &[f64]| product_of_tree(model, data, t, x, x).sqrt();
+        shifts.clear();
+        shifts.resize(model.nv, 0.0);
+        scales.clear();
+        for (t, tree) in model.trees.iter().enumerate() {
+            let dofs = tree.dofs.clone();
+            let speed = norm(t, &start.qvel[dofs.clone()]);
+            let smooth = h * norm(t, &data.qacc_smooth[dofs.clone()]);
+            scales.push(speed + smooth + h * norm(t, &data.qacc[dofs.clone()]));
+            for i in 0..dofs.len() {
+                shifts[dofs.start + i] = (SHIFT * smooth + LEAST_SHIFT * speed) / own_inertia(model, data, t, i).sqrt();
+            }
+        }
+        // A tree at rest that nothing pushes yet may be hit by another.
+        let all: f64 = scales.iter().sum();
+        for (t, tree) in model.trees.iter().enumerate() {
+            scales[t] += 1e-6 * all;
+            for (i, d) in tree.dofs.clone().enumerate() {
+                if shifts[d] == 0.0 {
+                    shifts[d] = LEAST_SHIFT * scales[t] / own_inertia(model, data, t, i).sqrt();
+                }
+            }
+        }
+    }
+
+    /// The largest residual of a tree, relative to its scale. NaN if there is one.
+    fn size(&self, model: &Model, data: &Data) -> f64 {
+        let of_tree = |(t, scale): (usize, &f64)| {
+            let g = &self.residual[model.trees[t].dofs.clone()];
+            let norm = product_of_tree(model, data, t, g, g).sqrt();
+            if norm == 0.0 { 0.0 } else { norm / scale }
+        };
+        // Not `f64::max`, which would hide a NaN.
+        self.scales.iter().enumerate().map(of_tree).fold(0.0, |most, x| if x <= most { most } else { x })
+    }
+}
+
+/// xᵀ M y, J if both are velocities.
+fn product(model: &Model, data: &Data, x: &[f64], y: &[f64]) -> f64 {
+    let of_tree = |t: usize| {
+        let dofs = model.trees[t].dofs.clone();
+        product_of_tree(model, data, t, &x[dofs.clone()], &y[dofs])
+    };
+    (0..model.trees.len()).map(of_tree).sum()
+}
+
+/// The same for one tree, `x` and `y` holding its dofs.
+fn product_of_tree(model: &Model, data: &Data, t: usize, x: &[f64], y: &[f64]) -> f64 {
+    let tree = &model.trees[t];
+    if let Some(free) = &tree.free {
+        let xmat = &data.xmat[tree.bodies.start];
+        let [a, b] = [x, y].map(|x| free::velocity(free, x, xmat));
+        let turn = ang(&a).component_mul(&free.inertia).dot(&ang(&b));
+        return free.mass * lin(&a).dot(&lin(&b)) + turn;
+    }
+    let rows = data.qm[data.m_adr[t]..].chunks_exact(x.len());
+    rows.zip(x).map(|(row, x)| x * row.iter().zip(y).map(|(m, y)| m * y).sum::<f64>()).sum()
+}
+
+/// M_ii of dof i of a tree.
+fn own_inertia(model: &Model, data: &Data, t: usize, i: usize) -> f64 {
+    match &model.trees[t].free {
+        Some(_) => {
+            let mut unit = [0.0; 6];
+            unit[i] = 1.0;
+            product_of_tree(model, data, t, &unit, &unit)
+        }
+        None => data.qm[data.m_adr[t] + i * (model.trees[t].dofs.len() + 1)],
+    }
 }
 
 /// The Newton step −(∂g/∂v)⁻¹ g, island by island.
@@ -114,14 +265,14 @@ fn differentiate(
     trial: &mut State,
     data: &mut Data,
 ) {
-    let Newton { v, residual: g, step, shifted, jacobian, islands, .. } = newton;
+    let Newton { v, residual: g, step, shifted, shifts, jacobian, islands, .. } = newton;
     jacobian.clear();
     jacobian.resize(islands.starts.windows(2).map(|w| (w[1] - w[0]) * (w[1] - w[0])).sum(), 0.0);
-    let shift = |v: f64| 1e-7 * v.abs().max(1.0);
     for k in 0..islands.largest() {
         shifted.clone_from(v);
         for island in islands.iter().filter(|island| island.len() > k) {
-            shifted[island[k]] += shift(v[island[k]]);
+            // The way it pushes.
+            shifted[island[k]] -= shifts[island[k]].copysign(g[island[k]]);
         }
         residual(model, method, start, shifted, trial, data, step);
         let mut block = 0;
@@ -129,7 +280,7 @@ fn differentiate(
             let n = island.len();
             if n > k {
                 for (i, &dof) in island.iter().enumerate() {
-                    jacobian[block + i * n + k] = (step[dof] - g[dof]) / shift(v[island[k]]);
+                    jacobian[block + i * n + k] = (step[dof] - g[dof]) / (shifted[island[k]] - v[island[k]]);
                 }
             }
             block += n * n;
@@ -147,11 +298,6 @@ fn differentiate(
         block += n * n;
         data.counts.solves += 1;
     }
-}
-
-fn largest(x: &[f64]) -> f64 {
-    // Not `f64::max`, which would hide a NaN.
-    x.iter().fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
 }
 
 /// x ← A⁻¹ x by Gaussian elimination with row pivoting; A (row-major) is overwritten.

@@ -1,10 +1,11 @@
 //! What `penny explain` says, against closed forms.
 
 use penny::contact::{self, constants};
-use penny::explain::{self, Touch, probe};
+use penny::explain::{self, Touch, probe, rehearsal};
 use penny::forward::Method;
 use penny::integrate;
 use penny::model::Model;
+use penny::state::State;
 
 /// A ball of 2 kg over a plane, with this solref and custom section.
 fn ball(solref: &str, custom: &str) -> Model {
@@ -92,4 +93,52 @@ fn the_tutorials_spring_is_a_point_of_what_the_scene_says() {
     let spring = only_touch(&model).tutorial_spring(&model, 0.002);
     assert_eq!((spring.k, spring.c), (5000.0, 40.0));
     assert!((spring.omega() - 50.0).abs() < 1e-12 && (spring.zeta() - 0.2).abs() < 1e-12);
+}
+
+#[test]
+fn a_spring_without_damper_has_a_limit_and_an_integrator_that_gains_has_none() {
+    for (law, solref, custom) in [
+        ("penalty", "-2500 0", ""),
+        ("tutorial", "0.02 1", r#"<numeric name="penny.k" data="5000"/><numeric name="penny.c" data="0"/>"#),
+    ] {
+        let model = ball(solref, custom);
+        let touch = only_touch(&model);
+        let omega = if law == "tutorial" { 50.0 } else { touch.springs(&model, 0.002)[0].omega() };
+        let limit = |name: &str| probe::largest_timestep(&model, &method(law, name), &touch).expect("a limit");
+        // The search stops at 0.5 %.
+        assert!((limit("semi-implicit-euler") * omega / 2.0 - 1.0).abs() < 0.02, "{law}");
+        assert_eq!(limit("explicit-euler"), 0.0, "{law}");
+    }
+}
+
+#[test]
+fn the_tiniest_mass_has_a_limit() {
+    let custom = r#"<numeric name="penny.k" data="2500"/><numeric name="penny.c" data="20"/>"#;
+    let limits = [1.0, 1e-12].map(|mass| {
+        let mut model = ball("0.02 1", custom);
+        let touch = Touch { mass, lightest: mass, ..only_touch(&model) };
+        model.mixes[touch.mix].condim = 1;
+        probe::largest_timestep(&model, &method("tutorial", "semi-implicit-euler"), &touch)
+    });
+    assert!(limits[0].is_some_and(|h| h > 1e-2) && limits[1].is_some_and(|h| h < 1e-6), "{limits:?}");
+}
+
+fn scene(name: &str) -> Model {
+    let text = std::fs::read_to_string(format!("models/{name}.xml")).unwrap_or_else(|e| panic!("{name}: {e}"));
+    penny::parse(name, &text).unwrap_or_else(|e| panic!("{e}")).model
+}
+
+/// Tilting between several contacts and impacts gain energy where one contact alone would bear any step.
+#[test]
+fn a_rehearsal_finds_what_one_contact_alone_does_not_show() {
+    for (name, law, h) in [("disk", "tutorial", 0.004), ("stack", "tutorial", 0.006), ("tee", "penalty", 0.1)] {
+        let model = scene(name);
+        let largest = |timestep: f64| {
+            let method = Method { timestep, ..method(law, "semi-implicit-euler") };
+            rehearsal::largest_timestep(&model, &method, &State::new(&model))
+        };
+        let safe = largest(h).unwrap_or_else(|| panic!("{name}: gains energy and is not told"));
+        assert!(safe > 1e-4 && safe < h, "{name}: {safe}");
+        assert_eq!(largest(0.001), None, "{name}: is fine at its own timestep");
+    }
 }

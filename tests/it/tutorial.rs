@@ -3,6 +3,10 @@
 //! The course's plane is (x, y) with θ counterclockwise; Penny's is (x, z) with a hinge about y, so θ = −qpos[2].
 
 use crate::sim::Sim;
+use penny::contact::tutorial;
+use penny::data::Data;
+use penny::forward::{Method, step};
+use penny::state::State;
 
 const K: f64 = 4000.0;
 const C: f64 = 30.0;
@@ -190,4 +194,25 @@ fn rest_depth_and_restitution_are_the_closed_forms() {
         // First-order integrator: error of a few h ω.
         assert!((sim.state.qvel[0] - expected).abs() < 2e-3, "ζ {zeta}: {} against {expected}", sim.state.qvel[0]);
     }
+}
+
+/// The torque's sign jumps at rest. Backward Euler has to find the torque that just ends the spin, not one of both signs.
+#[test]
+fn an_implicit_step_ends_a_spin_without_chatter() {
+    let text = r#"<mujoco><default><geom condim="4" friction="0 .01 0"/></default>
+        <custom><text name="penny.contact" data="tutorial"/></custom>
+        <worldbody><geom type="plane" size="5 5 .1"/>
+        <body pos="0 0 .1"><freejoint/><geom size=".1" mass="1"/></body></worldbody></mujoco>"#;
+    let model = penny::parse("spin.xml", text).unwrap_or_else(|e| panic!("{e}")).model;
+    let integrator = penny::integrate::by_name("implicit-euler").expect("an integrator");
+    let method = Method { contact: &tutorial::LAW, integrator, timestep: H, rounds: 1 };
+    let (mut state, mut data) = (State::new(&model), Data::new(&model));
+    state.qvel[5] = 1.0;
+    // It slows by mu m g / I = 24.5 rad/s^2 and stops after 41 ms.
+    for _ in 0..500 {
+        step(&model, &method, &mut state, &mut data).expect("a step");
+    }
+    assert!(state.qvel[5].abs() < 1e-6, "{} rad/s", state.qvel[5]);
+    assert!((state.qpos[2] - 0.1).abs() < 0.01, "z {}", state.qpos[2]);
+    assert_eq!(data.newton.unsolved, 0);
 }

@@ -25,7 +25,7 @@ pub struct Row {
 /// All rows at the state that `data` was computed for by [`forward`](crate::forward::forward) with this law.
 pub fn list(model: &Model, method: &Method, state: &State, data: &Data) -> Vec<Row> {
     let mut scratch = Scratch::default();
-    scratch.prepare(model, method.timestep, data);
+    scratch.prepare(model, method, data);
     let island = &mut scratch.island;
     for t in 0..model.trees.len() {
         island.add_tree(model, t);

@@ -157,17 +157,10 @@ impl Island {
             parts.parts[parts.count] = part;
             parts.count += 1;
         }
-        let mut v = [0.0; 6];
-        for part in &parts.parts[..parts.count] {
-            let tree = self.units[part.unit].tree;
-            let vel = match &model.trees[tree].free {
-                Some(_) => data.movers[model.trees[tree].bodies.start].vel.as_slice(),
-                None => &qvel[model.trees[tree].dofs.clone()],
-            };
-            for k in 0..dim {
-                v[k] += dot(self.row(part, k), vel);
-            }
-        }
+        let v = self.products(&parts, dim, |tree| match &model.trees[tree].free {
+            Some(_) => data.movers[model.trees[tree].bodies.start].vel.as_slice(),
+            None => &qvel[model.trees[tree].dofs.clone()],
+        });
         let inverse = if model.opt.flags.diagexact {
             let mut room = std::mem::take(&mut self.product);
             let inverse = recipe.exact(|e| self.exact_inverse(model, data, &parts, e, &mut room));
@@ -176,11 +169,28 @@ impl Island {
         } else {
             rows::inverse_mass(model, contact)
         };
-        self.constraints.push(Constraint::default());
-        if let Some(constraint) = self.constraints.last_mut() {
-            recipe.fill(contact.dist, inverse, &v, constraint);
-        }
+        let mut constraint = Constraint::default();
+        recipe.fill(contact.dist, inverse, &v, &mut constraint);
+        recipe.switch_on(contact.dist, &mut constraint, || {
+            self.products(&parts, dim, |tree| match &model.trees[tree].free {
+                Some(_) => data.movers[model.trees[tree].bodies.start].acc.as_slice(),
+                None => &data.qacc_smooth[model.trees[tree].dofs.clone()],
+            })
+        });
+        self.constraints.push(constraint);
         self.parts.push(parts);
+    }
+
+    /// Velocities or accelerations of a contact's rows, those of each tree given.
+    fn products<'a>(&self, parts: &Parts, dim: usize, of_tree: impl Fn(usize) -> &'a [f64]) -> [f64; 6] {
+        let mut sum = [0.0; 6];
+        for part in &parts.parts[..parts.count] {
+            let x = of_tree(self.units[part.unit].tree);
+            for k in 0..dim {
+                sum[k] += dot(self.row(part, k), x);
+            }
+        }
+        sum
     }
 
     /// Adds ± frame · J of one side's body to the rows of a part.

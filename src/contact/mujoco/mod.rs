@@ -20,7 +20,7 @@ pub mod solver;
 use std::mem;
 
 use crate::contact::forest::Forest;
-use crate::contact::{Law, Start};
+use crate::contact::{Law, Start, impedance};
 use crate::data::{Contact, Data, Mover};
 use crate::dynamics;
 use crate::forward::Method;
@@ -45,6 +45,7 @@ pub static LAW: Law = Law {
 pub struct Scratch {
     /// Timestep for which `recipes` (one per mix of the model) were made.
     timestep: f64,
+    implicit: bool,
     recipes: Vec<Recipe>,
     /// Rows of one small tree.
     constraints: Vec<Constraint>,
@@ -155,7 +156,7 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     }
     // A pointer moves, not the buffers.
     let mut scratch = data.mujoco.take().unwrap_or_default();
-    scratch.prepare(model, method.timestep, data);
+    scratch.prepare(model, method, data);
     let mut dof_rows = mem::take(&mut scratch.dof_rows);
     dof_rows.clear();
     rows::of_joints(model, data, method.timestep, state, |row| dof_rows.push(row));
@@ -178,13 +179,15 @@ fn small(tree: &Tree) -> bool {
 }
 
 impl Scratch {
-    /// Makes what depends on model and timestep only, and room for as many contacts as `data` has.
-    fn prepare(&mut self, model: &Model, timestep: f64, data: &Data) {
-        if self.timestep == timestep {
+    /// Makes what depends on model and method only, and room for as many contacts as `data` has.
+    fn prepare(&mut self, model: &Model, method: &Method, data: &Data) {
+        let (timestep, implicit) = (method.timestep, method.integrator.implicit);
+        if self.timestep == timestep && self.implicit == implicit {
             return;
         }
-        self.timestep = timestep;
-        self.recipes = model.mixes.iter().map(|mix| Recipe::new(mix, model, timestep)).collect();
+        (self.timestep, self.implicit) = (timestep, implicit);
+        let onset = impedance::onset(implicit, timestep, dynamics::gravity(model).norm());
+        self.recipes = model.mixes.iter().map(|mix| Recipe::new(mix, model, timestep, onset)).collect();
         let contacts = data.contacts.capacity();
         // A limited joint may be near both its ends.
         let joints = data.plan.dry.len() + 2 * data.plan.limited.len();
@@ -350,7 +353,9 @@ fn fill_free(
     } else {
         rows::inverse_mass(model, contact)
     };
-    recipe.fill(contact.dist, inverse, &products(&jac[..recipe.dim()], mover.vel.as_slice()), c);
+    let rows = &jac[..recipe.dim()];
+    recipe.fill(contact.dist, inverse, &products(rows, mover.vel.as_slice()), c);
+    recipe.switch_on(contact.dist, c, || products(rows, mover.acc.as_slice()));
 }
 
 /// Rows and constraint of a contact of a small tree that is not a free body.
@@ -386,9 +391,10 @@ fn fill_tree(
         rows::inverse_mass(model, contact)
     };
     recipe.fill(contact.dist, inverse, &products(&jac[..dim], &state.qvel[dofs.clone()]), c);
+    recipe.switch_on(contact.dist, c, || products(&jac[..dim], &data.qacc_smooth[dofs.clone()]));
 }
 
-/// Velocities of rows, J · vel.
+/// Velocities of rows, J · vel, or accelerations.
 #[inline]
 fn products(jac: &[[f64; 6]], vel: &[f64]) -> [f64; 6] {
     let mut v = [0.0; 6];

@@ -28,6 +28,8 @@ pub struct Recipe {
     /// B of the friction rows, 1/s.
     damping: f64,
     margin: f64,
+    /// Depth over which it switches on, m.
+    onset: f64,
 }
 
 impl Recipe {
@@ -36,9 +38,9 @@ impl Recipe {
     ///     elliptic:   R₁ = R₀ / impratio,  Rⱼ = R₁ μ₁²/μⱼ²,  μ̃ = μ₁ √(R₁/R₀)
     ///     pyramidal:  R  = 2 μ̃² (1 − d)/d A (1 + μ₁²)   for every edge n ± μⱼtⱼ
     ///
-    /// In:     `timestep` in s.
+    /// In:     `timestep` in s; `onset` in m, see [`impedance::onset`].
     /// Source: MuJoCo 4.0 manual, Computation › Solver › Friction cones; the factors by experiment.
-    pub fn new(mix: &Mix, model: &Model, timestep: f64) -> Recipe {
+    pub fn new(mix: &Mix, model: &Model, timestep: f64, onset: f64) -> Recipe {
         let opt = &model.opt;
         let kind = match opt.cone {
             _ if mix.condim == 1 => Kind::OneSided,
@@ -77,6 +79,7 @@ impl Recipe {
             normal: reference(&mix.solref),
             damping: reference(friction).damping,
             margin: mix.margin,
+            onset,
         }
     }
 
@@ -110,6 +113,22 @@ impl Recipe {
             c.bias[j] = self.damping * v[j];
         }
         c.zone = 0;
+    }
+
+    /// Lets a contact that only just switches on ask for a share s of the change of acceleration, so that its forces are
+    /// that share of what they would be. A no-op under explicit integrators.
+    ///
+    ///     x = J a + s bias − (1 − s) J a_smooth
+    ///
+    /// In: `smooth` gives the rows' accelerations J·a_smooth, m/s² and rad/s².
+    #[inline]
+    pub fn switch_on(&self, dist: f64, c: &mut Constraint, smooth: impl FnOnce() -> [f64; 6]) {
+        let share = impedance::share(self.margin - dist, self.onset);
+        if share < 1.0 {
+            for (bias, a) in c.bias.iter_mut().zip(smooth()) {
+                *bias = share * *bias - (1.0 - share) * a;
+            }
+        }
     }
 
     /// What A of the normal must be replaced by so that the row that sets R has its exact J M⁻¹ Jᵀ.

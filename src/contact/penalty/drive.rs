@@ -1,7 +1,8 @@
 //! What drives one contact: reference, softness and limits, the same for lone bodies and coupled trees.
 
-use crate::contact::impedance::{Reference, clamp, impedance, regularisation};
+use crate::contact::impedance::{Reference, clamp, impedance, onset, regularisation, share};
 use crate::data::Contact;
+use crate::dynamics;
 use crate::forward::Method;
 use crate::model::{Cone, Mix, Model};
 
@@ -18,24 +19,29 @@ pub struct Recipe {
     solimp: [f64; 5],
     spring: Reference,
     margin: f64,
+    /// Depth over which it switches on, m.
+    onset: f64,
     /// What MuJoCo's pyramid does to R at rest; 1 for other contacts.
     stiffening: f64,
 }
 
-/// One recipe per mix of the model, for one timestep.
+/// One recipe per mix of the model, for one timestep and kind of integrator.
 #[derive(Clone, Debug, Default)]
 pub struct Recipes {
     timestep: f64,
+    implicit: bool,
     all: Vec<Recipe>,
 }
 
 impl Recipes {
-    /// Computes the recipes anew if there are none yet or the timestep has changed.
-    pub fn refresh(&mut self, model: &Model, timestep: f64) {
-        if self.timestep != timestep || self.all.len() != model.mixes.len() {
-            self.timestep = timestep;
+    /// Computes the recipes anew if there are none yet or the method has changed.
+    pub fn refresh(&mut self, model: &Model, method: &Method) {
+        let (timestep, implicit) = (method.timestep, method.integrator.implicit);
+        if self.timestep != timestep || self.implicit != implicit || self.all.len() != model.mixes.len() {
+            (self.timestep, self.implicit) = (timestep, implicit);
+            let onset = onset(implicit, timestep, dynamics::gravity(model).norm());
             self.all.clear();
-            self.all.extend(model.mixes.iter().map(|mix| Recipe::new(mix, model, timestep)));
+            self.all.extend(model.mixes.iter().map(|mix| Recipe::new(mix, model, timestep, onset)));
         }
     }
 
@@ -46,7 +52,7 @@ impl Recipes {
 }
 
 impl Recipe {
-    fn new(mix: &Mix, model: &Model, timestep: f64) -> Recipe {
+    fn new(mix: &Mix, model: &Model, timestep: f64, onset: f64) -> Recipe {
         let solimp = clamp(&mix.solimp);
         let mu2 = mix.friction[0] * mix.friction[0];
         let pyramid = model.opt.cone == Cone::Pyramidal && mix.condim > 1;
@@ -56,6 +62,7 @@ impl Recipe {
             solimp,
             spring: Reference::new(&mix.solref, &solimp, timestep, model.opt.flags.refsafe),
             margin: mix.margin,
+            onset,
             stiffening: if pyramid { mu2 / model.opt.impratio * (1.0 + mu2) / (mix.condim - 1) as f64 } else { 1.0 },
         }
     }
@@ -66,10 +73,10 @@ impl Recipe {
         contact.dist < self.margin
     }
 
-    /// Impedance d at a distance.
+    /// Impedance d at a distance, less where the contact only just switches on.
     #[inline(always)]
     pub fn impedance(&self, dist: f64) -> f64 {
-        impedance(&self.solimp, dist - self.margin)
+        impedance(&self.solimp, dist - self.margin) * share(self.margin - dist, self.onset)
     }
 
     /// The acceleration that spring and damper ask for, m/s².

@@ -25,6 +25,8 @@
 //!
 //!     f_t = clip(−v_t / (ε h λ), μ f_n),     ε = 1e-3        (a body at rest on a slope creeps by ε h g sin θ)
 //!
+//! and normals switch on over a small depth ([`super::impedance::onset`]).
+//!
 //! **One round** is the normals with the friction of the step before, then friction with these normals. Both
 //! start from the last step's forces, so that in steady motion one round is exact; contacts that are new have no such
 //! start, and get more rounds. A free body that touches only one plane is solved on its own (`lone`); trees that touch
@@ -35,6 +37,7 @@ mod drive;
 mod lone;
 
 use self::drive::Recipes;
+pub use self::drive::eigenvalues;
 use super::complementarity::Complementarity;
 use super::{Law, Start};
 use crate::data::{Contact, Data, Meeting};
@@ -63,7 +66,7 @@ pub struct Scratch {
 fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
     let Data { plan, penalty, contacts, meetings, movers, xmat, qacc, counts, .. } = data;
     let Scratch { recipes, blocks, solver, .. } = penalty;
-    recipes.refresh(model, method.timestep);
+    recipes.refresh(model, method);
     recall(&state.warm, contacts);
     blocks.sort(model, recipes, contacts, meetings);
     data.qfrc_constraint.fill(0.0);
