@@ -162,10 +162,10 @@ fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: us
     text + &warning(method, safe(model, method, start, limit))
 }
 
-/// The largest timestep that bears both a spring alone and the start of the run, tried out, and whose it is; `None` if the
-/// run's own does.
+/// The largest timestep that bears both a spring alone and the start of the run, tried out, and whose it is; `None` if
+/// the run's own does.
 fn safe(model: &Model, method: &Method, start: &State, limit: Option<(f64, String)>) -> Option<(f64, String)> {
-    // Where the smallest step tried gains as much, the timestep is not the cause: a start deep in the ground, for instance.
+    // Where the smallest step tried gains, too, the timestep is not the cause: a start deep in the ground, for instance.
     let rehearsed = |timestep: f64| {
         let limit = explain::rehearsal::largest_timestep(model, &Method { timestep, ..*method }, start);
         limit.filter(|limit| *limit > 0.0)

@@ -82,8 +82,8 @@ fn springs(model: &Model, method: &Method, touch: &Touch) -> Vec<Spring> {
 /// The body on its spring. `None` if the pair cannot be put so (nothing of it moves).
 fn scene(model: &Model, method: &Method, touch: &Touch) -> Option<Model> {
     let mix = &model.mixes[touch.mix];
-    // A body of 1 kg, whatever the true mass: only k/m and c/m count. The tutorial's k and c belong to each of the points
-    // that push the lightest part of the body together; where solref gives them, they follow the timestep.
+    // A body of 1 kg, whatever the true mass: only k/m and c/m count. The tutorial's k and c belong to each of the
+    // points that together push the lightest part of the body; where solref gives them, they follow the timestep.
     let point = touch.tutorial_spring(model, method.timestep);
     let per_kilogram = |x: f64| Some(x / touch.lightest);
     let cone = if model.opt.cone == Cone::Elliptic { "elliptic" } else { "pyramidal" };
@@ -115,8 +115,8 @@ fn scene(model: &Model, method: &Method, touch: &Touch) -> Option<Model> {
     crate::parse("probe.xml", &text).ok().map(|scene| scene.model)
 }
 
-/// Whether a displacement from rest does not grow: neither far beyond its size, nor by [`GROWS`] from the first half of the
-/// steps to the second.
+/// Whether a displacement from rest does not grow: neither far beyond its size, nor by [`GROWS`] from the first half
+/// of the steps to the second.
 ///
 /// A contact so rigid that it rests no deeper than [`RIGID`], or than a small part of a step's fall g h², cannot be
 /// displaced within the contact: it leaves it and falls back. It is stable if it goes no higher than a few falls.

@@ -41,10 +41,12 @@ pub struct Newton {
 const MAX_ITERATIONS: usize = 40;
 /// Evaluations at most of one line search: enough to halve a step down to rounding.
 const MAX_TRIALS: usize = 50;
-/// Residual at which the velocity counts as solved, relative to the velocity and to what a step changes of it.
-const TOLERANCE: f64 = 1e-13;
+/// Residual at which the velocity counts as solved, relative to what a step changes of it (and to [`INERT`] of itself).
+const TOLERANCE: f64 = 1e-12;
 /// Residual up to which the last guess is as good as solved: rounding in stiff contacts leaves that much.
-const GOOD_ENOUGH: f64 = 1e-7;
+const GOOD_ENOUGH: f64 = 1e-5;
+/// Part of the velocity that counts like a change of it: its rounding must stay below the tolerance.
+const INERT: f64 = 1e-2;
 /// A shorter step is taken if the slope that is left along it is more than this share of that at its start.
 const SHARE: f64 = 0.5;
 /// Shift for differences, relative to what smooth forces change of the velocity in a step: a hundredth of the widths
@@ -67,8 +69,8 @@ const LEAST_SHIFT: f64 = 1e-8;
 /// shortened to where the slope dᵀ M g along it is nearly zero. In this measure metres and radians, heavy and light
 /// compare.
 ///
-/// Where no v' is found, since a force jumps, the step takes the forces at the last guess: v ← v + h qacc(q ⊕ h v', v').
-/// Such steps are counted.
+/// Where no v' is found, since a force jumps, the step takes the forces at the last guess:
+/// v ← v + h qacc(q ⊕ h v', v'). Such steps are counted.
 ///
 /// Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, §IV.8; incremental potential:
 /// M. Ortiz, L. Stainier, The variational formulation of viscoplastic constitutive updates (1999).
@@ -193,7 +195,7 @@ impl Newton {
             let dofs = tree.dofs.clone();
             let speed = norm(t, &start.qvel[dofs.clone()]);
             let smooth = h * norm(t, &data.qacc_smooth[dofs.clone()]);
-            scales.push(speed + smooth + h * norm(t, &data.qacc[dofs.clone()]));
+            scales.push(INERT * speed + smooth + h * norm(t, &data.qacc[dofs.clone()]));
             for i in 0..dofs.len() {
                 shifts[dofs.start + i] = (SHIFT * smooth + LEAST_SHIFT * speed) / own_inertia(model, data, t, i).sqrt();
             }

@@ -196,7 +196,7 @@ fn rest_depth_and_restitution_are_the_closed_forms() {
     }
 }
 
-/// The torque's sign jumps at rest. Backward Euler has to find the torque that just ends the spin, not one of both signs.
+/// The torque's sign jumps at rest. Backward Euler has to find the torque that just ends the spin.
 #[test]
 fn an_implicit_step_ends_a_spin_without_chatter() {
     let text = r#"<mujoco><default><geom condim="4" friction="0 .01 0"/></default>

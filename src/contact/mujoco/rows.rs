@@ -115,8 +115,8 @@ impl Recipe {
         c.zone = 0;
     }
 
-    /// Lets a contact that only just switches on ask for a share s of the change of acceleration, so that its forces are
-    /// that share of what they would be. A no-op under explicit integrators.
+    /// Lets a contact that only just switches on ask for a share s of the change of acceleration, so that its forces
+    /// are that share of what they would be. A no-op under explicit integrators.
     ///
     ///     x = J a + s bias − (1 − s) J a_smooth
     ///

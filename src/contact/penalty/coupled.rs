@@ -274,6 +274,10 @@ impl Coupled {
         let steady =
             matches!(self.groups[groups.start..groups.end], [Group { form: Form::Star { steady: true, .. }, .. }]);
         let (mut turn, mut turns) = (0, method.rounds * if steady { STAR_TURNS } else { TURNS });
+        if method.integrator.implicit {
+            // Its steps need forces that follow from their end alone, not from the last step's.
+            turns = method.rounds * COLD_TURNS;
+        }
         while turn < turns {
             let mut starts = false;
             // One group's matrix stays in the solver; several take turns there.

@@ -103,14 +103,16 @@ impl Task<'_> {
         // The last step's friction acts from the start.
         points.push_friction(&body, &mut acc);
         let mut solves = 0;
-        let (mut round, mut rounds) = (0, self.method.rounds);
+        let implicit = self.method.integrator.implicit;
+        // An implicit step needs forces that follow from its end alone, not from the last step's.
+        let (mut round, mut rounds) = (0, self.method.rounds * if implicit { COLD_ROUNDS } else { 1 });
         while round < rounds {
             if round > 0 {
                 points.push_normals(&body, -1.0, &mut acc);
             }
             solves += points.solve_normals(&body, &factor, &acc, solver);
             points.push_normals(&body, 1.0, &mut acc);
-            if round == 0 && DIM > 1 && points.any_starts() {
+            if round == 0 && DIM > 1 && !implicit && points.any_starts() {
                 rounds *= COLD_ROUNDS;
             }
             if !points.slide_at_once(self.method, self.recipe, &body, &drift, &mut acc) {

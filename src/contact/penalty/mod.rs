@@ -25,12 +25,13 @@
 //!
 //!     f_t = clip(−v_t / (ε h λ), μ f_n),     ε = 1e-3        (a body at rest on a slope creeps by ε h g sin θ)
 //!
-//! and normals switch on over a small depth ([`super::impedance::onset`]).
+//! Normals then switch on over a small depth ([`super::impedance::onset`]).
 //!
 //! **One round** is the normals with the friction of the step before, then friction with these normals. Both
 //! start from the last step's forces, so that in steady motion one round is exact; contacts that are new have no such
-//! start, and get more rounds. A free body that touches only one plane is solved on its own (`lone`); trees that touch
-//! each other take turns (`coupled`), and `rounds` buys accuracy.
+//! start, and get more rounds, as do implicit integrators, whose equation must not depend on the step before. A free
+//! body that touches only one plane is solved on its own (`lone`); trees that touch each other take turns (`coupled`),
+//! and `rounds` buys accuracy.
 
 mod coupled;
 mod drive;
