@@ -67,6 +67,13 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         return Err(log.errors);
     }
     check_integrator(&model, spec, &mut log);
+    if model.nv == 0 {
+        let (node, help) = match spec.world.children.first() {
+            Some(body) => (body.node, "give the body that should move a `<freejoint/>`"),
+            None => (spec.world.node, "put a `<body>` with a `<freejoint/>` and a `<geom>` into `<worldbody>`"),
+        };
+        log.warning(node, ProblemKind::NothingMoves, help);
+    }
     if log.errors.is_empty() { Ok((model, log.warnings)) } else { Err(log.errors) }
 }
 

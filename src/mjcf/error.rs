@@ -219,6 +219,8 @@ pub enum ProblemKind {
     UnknownLaw { name: String },
     #[error("`{name}` is no closed form that Penny knows")]
     UnknownTruth { name: String },
+    #[error("nothing in this scene moves: no body has a joint")]
+    NothingMoves,
 }
 
 impl ProblemKind {
@@ -303,18 +305,25 @@ impl ProblemKind {
             NotOneCoefficient { .. } => "not-one-coefficient",
             UnknownLaw { .. } => "unknown-law",
             UnknownTruth { .. } => "unknown-truth",
+            NothingMoves => "nothing-moves",
         }
     }
 
     pub fn severity(&self) -> Severity {
         use ProblemKind::*;
         match self {
-            StrayText { .. } | Ignored { .. } | OrientationLost | RangeLost | PairAtRest | MixedSolref { .. } => {
-                Severity::Warning
-            }
-            Clamped { .. } | Raised { .. } | ColourCut { .. } | LongTimestep { .. } | LooksLikeRadians { .. } => {
-                Severity::Warning
-            }
+            StrayText { .. }
+            | Ignored { .. }
+            | OrientationLost
+            | RangeLost
+            | PairAtRest
+            | MixedSolref { .. }
+            | NothingMoves
+            | Clamped { .. }
+            | Raised { .. }
+            | ColourCut { .. }
+            | LongTimestep { .. }
+            | LooksLikeRadians { .. } => Severity::Warning,
             _ => Severity::Error,
         }
     }
