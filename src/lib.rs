@@ -3,6 +3,22 @@
 //!     MJCF text ─ mjcf → Document (spans) → Spec (typed, defaults merged) ─ compile → Model (SI, immutable)
 //!     step(&Model, &Method, &mut State, &mut Data):  detect → smooth dynamics → contact law → integrate
 
+/// As the standard library's, but does not panic where standard error is closed or full: nobody is left to be told.
+macro_rules! eprint {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = write!(std::io::stderr(), $($text)*);
+    }};
+}
+
+/// As [`eprint`], with the end of the line.
+macro_rules! eprintln {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+
 pub mod cli;
 pub mod collision;
 pub mod compile;
@@ -43,6 +59,15 @@ pub fn load(path: &Path) -> Result<Scene, Failure> {
 /// Reads and compiles text as if it were the file `name`.
 pub fn parse(name: &str, text: &str) -> Result<Scene, Failure> {
     compiled(mjcf::parse(name, text)?)
+}
+
+/// What the system says of a failure, for people: without the number of the error.
+pub fn reason(error: impl std::fmt::Display) -> String {
+    let text = error.to_string();
+    match text.split_once(" (os error") {
+        Some((reason, _)) => reason.to_owned(),
+        None => text,
+    }
 }
 
 fn compiled(Loaded { document, spec, mut warnings }: Loaded) -> Result<Scene, Failure> {

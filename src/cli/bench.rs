@@ -7,6 +7,8 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use indicatif::{ProgressBar, ProgressStyle};
+
 use super::Failure;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene};
@@ -83,15 +85,21 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
         eprintln!("note: this is a development build; cargo run --release -- bench measures the real speed\n");
     }
     let mut mujoco = args.against.as_ref().map(|_| MuJoCo::start()).transpose()?;
-    for case in cases(args)? {
-        eprintln!("{}: {}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
-        let mut rows = vec![
-            ["law", "integrator", "step", "MuJoCo", "ratio", "contacts", "allocations", "state after 1 s"]
-                .map(str::to_owned)
-                .to_vec(),
-        ];
-        for contact in args.method.laws() {
-            for integrator in args.method.integrators() {
+    let (cases, laws, integrators) = (cases(args)?, args.method.laws(), args.method.integrators());
+    let bar = ProgressBar::new((cases.len() * laws.len() * integrators.len()) as u64);
+    // The template is constant and right.
+    if let Ok(style) = ProgressStyle::with_template("  {wide_bar} {pos} of {len} methods, {eta} to go") {
+        bar.set_style(style);
+    }
+    for case in cases {
+        let mut heading = vec!["law", "integrator", "step"];
+        if mujoco.is_some() {
+            heading.extend(["MuJoCo", "times its speed"]);
+        }
+        heading.extend(["contacts", "allocations", "hash"]);
+        let mut rows = vec![heading.into_iter().map(str::to_owned).collect::<Vec<_>>()];
+        for &contact in &laws {
+            for &integrator in &integrators {
                 let method = Method { contact, integrator, ..args.method.method(&case.model)? };
                 let mut row = vec![contact.name.to_owned(), integrator.name.to_owned()];
                 row.extend(match measure(&case, &method, mujoco.as_mut(), allocations)? {
@@ -100,18 +108,29 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
                     Outcome::TooSlow(ns) => vec![format!("about {}", si(ns * 1e-9, "s"))],
                 });
                 rows.push(row);
+                bar.inc(1);
             }
         }
-        eprintln!("{}", table(&rows));
+        bar.suspend(|| {
+            eprintln!("{}: {}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
+            eprintln!("{}", table(&rows));
+        });
     }
+    bar.finish_and_clear();
+    eprintln!(
+        "contacts: at the state that is measured, after {WARM_UP} s of simulated time; allocations: of memory, in all \
+         steps of a batch;\nhash: of that state, so that two machines or builds can tell whether they compute the same"
+    );
     Ok(())
 }
 
 fn cells(m: &Measured) -> Vec<String> {
-    let theirs = m.theirs.map_or(String::new(), |ns| si(ns * 1e-9, "s"));
-    let ratio = m.theirs.map_or(String::new(), |ns| short(ns / m.ours));
-    let hash = format!("{:016x}", m.hash);
-    vec![si(m.ours * 1e-9, "s"), theirs, ratio, m.contacts.to_string(), m.allocations.to_string(), hash]
+    let mut cells = vec![si(m.ours * 1e-9, "s")];
+    if let Some(theirs) = m.theirs {
+        cells.extend([si(theirs * 1e-9, "s"), short(theirs / m.ours)]);
+    }
+    cells.extend([m.contacts.to_string(), m.allocations.to_string(), format!("{:016x}", m.hash)]);
+    cells
 }
 
 fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
@@ -187,7 +206,8 @@ fn measure(
     }))
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// The middle one of at least one value.
+pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }

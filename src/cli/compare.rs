@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::Failure;
+use super::bench::median;
+use super::files;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene, counterpart};
 use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
@@ -13,6 +15,7 @@ use crate::forward::{Method, step};
 use crate::model::Model;
 use crate::plot::palette::{CURVES, DASHES, INK};
 use crate::plot::{self, Axis, Figure, Layer, Line, Panel};
+use crate::record::coordinates;
 use crate::state::State;
 
 mod why;
@@ -40,18 +43,28 @@ const DIFFERENT: f64 = 1e-6;
 /// What every velocity of MuJoCo's start is changed by, to see whether MuJoCo repeats itself.
 const KICK: f64 = 1e-13;
 
-/// qpos after every `every` steps, and the time that the steps took, s.
+/// A law's run.
 struct Rollout {
+    /// qpos at the start and after every step, solved to rounding as MuJoCo's; fewer rows where it diverged.
     rows: Vec<Vec<f64>>,
-    seconds: f64,
+    /// Time of a step as the scene is, and of one of MuJoCo's that was measured in turns with it: medians, s.
+    pace: [f64; 2],
 }
+
+/// Runs measured, at least, and until they have taken that many seconds.
+const LEAST_RUNS: usize = 3;
+const MOST_RUNS: usize = 15;
+const BUDGET: f64 = 0.5;
 
 pub fn compare(args: &Args) -> Result<(), Failure> {
     let path = &args.scene;
-    let model = scene::load(path)?;
+    let model = scene::load_apart(path, &[("--plot", args.plot.as_deref())])?;
     let method = args.method.method(&model)?;
     let start = args.start.state(&model)?;
-    let steps = args.length.steps(method.timestep);
+    let steps = args.length.steps(method.timestep)?;
+    if let Some(file) = &args.plot {
+        files::writable(file)?;
+    }
 
     let mut mujoco = MuJoCo::start()?;
     let load =
@@ -66,7 +79,6 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     let hasty = mujoco.rollout(steps, 1)?;
     load(&mut mujoco, &start, false)?;
     mujoco.warm(0)?;
-    let their_seconds = mujoco.batch(steps)? * 1e-9;
 
     eprintln!(
         "{}: {} of {}, {}",
@@ -82,8 +94,14 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
         eprintln!("  MuJoCo calls the run unstable after {}", si(theirs.len() as f64 * method.timestep, "s"));
     }
     let laws = args.method.laws();
-    let ours: Vec<Rollout> =
-        laws.iter().map(|&contact| rollout(&model, &Method { contact, ..method }, &start, steps)).collect();
+    let ours = laws
+        .iter()
+        .map(|&contact| {
+            let method = Method { contact, ..method };
+            let rows = rows(&model, &method, &start, steps);
+            Ok(Rollout { rows, pace: pace(&model, &method, &start, steps, &mut mujoco)? })
+        })
+        .collect::<Result<Vec<Rollout>, Failure>>()?;
 
     eprintln!("\nLargest |qpos difference| up to a time, m or rad (both solve to rounding: tolerance 0)");
     let mut rows = vec![vec!["time s".to_owned()]];
@@ -96,30 +114,40 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     }
     eprintln!("{}", table(&rows));
 
-    let mut rows = vec![
-        ["", "above 1e-6 from", "in", "largest", "in", "a step", "times MuJoCo's speed"].map(str::to_owned).to_vec(),
-    ];
-    let mut line = |name: String, run: &[Vec<f64>], seconds: f64| {
+    let heading = ["", "first differs at", "in", "largest difference", "in", "a step", "times MuJoCo's speed"];
+    let mut rows = vec![heading.map(str::to_owned).to_vec()];
+    let mut line = |name: String, run: &[Vec<f64>], [pace, their_pace]: [f64; 2]| {
         let (when, what) = match first_different(run, &theirs) {
             Some((i, coordinate)) => (si(i as f64 * method.timestep, "s"), coordinate_name(&model, coordinate)),
-            None => ("never".to_owned(), String::new()),
+            None => ("never".to_owned(), "–".to_owned()),
         };
-        let (most, value) = largest_difference(run, &theirs);
-        let (value, most) = (format!("{value:.1e}"), coordinate_name(&model, most));
-        let pace = si(seconds / steps.max(1) as f64, "s");
-        rows.push(vec![name, when, what, value, most, pace, short(their_seconds / seconds)]);
+        let (most, value) = match largest_difference(run, &theirs) {
+            (_, 0.0) => ("–".to_owned(), "0".to_owned()),
+            (most, value) => (coordinate_name(&model, most), format!("{value:.1e}")),
+        };
+        rows.push(vec![name, when, what, value, most, si(pace, "s"), short(their_pace / pace)]);
     };
     for (law, rollout) in laws.iter().zip(&ours) {
-        line(law.name.to_owned(), &rollout.rows, rollout.seconds);
+        line(law.name.to_owned(), &rollout.rows, rollout.pace);
     }
-    line(format!("MuJoCo, tolerance {:e}", model.opt.tolerance), &hasty, their_seconds);
+    let theirs_pace = median(ours.iter().map(|r| r.pace[1]).collect());
+    line(format!("MuJoCo, tolerance {:e}", model.opt.tolerance), &hasty, [theirs_pace; 2]);
     eprint!("{}", table(&rows));
-    for (law, rollout) in laws.iter().zip(&ours).filter(|(_, r)| r.rows.len() <= steps) {
-        eprintln!("  {}: diverged after {}", law.name, si(rollout.rows.len() as f64 * method.timestep, "s"));
-    }
+    eprintln!("  (a difference counts above {DIFFERENT:e} m or rad; speed: medians, in turns with MuJoCo)");
     eprintln!("\nWhy");
     for (law, rollout) in laws.iter().zip(&ours) {
         let method = Method { contact: law, ..method };
+        let diverged = rollout.rows.len() <= steps;
+        if diverged {
+            let end = si(rollout.rows.len() as f64 * method.timestep, "s");
+            eprintln!(
+                "  {}: it diverged at {end}: a smaller --timestep may help; the figures are those until then",
+                law.name
+            );
+        }
+        if diverged && first_different(&rollout.rows, &theirs).is_none() {
+            continue;
+        }
         for reason in why_different(&model, &method, &start, rollout, &theirs, &kicked) {
             eprintln!("  {}: {reason}", law.name);
         }
@@ -130,9 +158,14 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
             "  MuJoCo, tolerance {tolerance:e}: solver tolerance: MuJoCo's solver stops early, and so does Penny's"
         );
     }
-    match &args.plot {
-        Some(file) => chart(path, &model, &method, &theirs, &laws, &ours, file),
-        None => Ok(()),
+    if let Some(file) = &args.plot {
+        chart(path, &model, &method, &theirs, &laws, &ours, file)?;
+    }
+    let diverged: Vec<&str> =
+        laws.iter().zip(&ours).filter(|(_, r)| r.rows.len() <= steps).map(|(law, _)| law.name).collect();
+    match diverged[..] {
+        [] => Ok(()),
+        _ => Err(Failure::Problem(format!("error: the run diverged under {}", diverged.join(", ")))),
     }
 }
 
@@ -146,7 +179,7 @@ fn why_different(
     kicked: &[Vec<f64>],
 ) -> Vec<String> {
     let Some((steps, _)) = first_different(&ours.rows, theirs) else {
-        return vec!["no difference above 1e-6".to_owned()];
+        return vec![format!("no difference above {DIFFERENT:e}")];
     };
     let mut reasons = Vec::new();
     let other = counterpart(model, method);
@@ -183,17 +216,19 @@ fn chart(
     };
     let widest = (0..model.nq).max_by(|&a, &b| span(a).total_cmp(&span(b))).unwrap_or(0);
     let course = |rows: &[Vec<f64>]| rows.iter().enumerate().map(|(i, q)| [time(i), q[widest]]).collect();
-    let mut courses = vec![Layer::Line(Line::new("MuJoCo", INK, course(theirs)).wide(3.0))];
+    let mut courses = vec![Layer::Line(Line::new("MuJoCo", INK, course(theirs)).wide(6.0))];
     let mut differences = Vec::new();
     for (i, (law, rollout)) in laws.iter().zip(ours).enumerate() {
-        let line = |points| Layer::Line(Line::new(law.name, CURVES[i], points).dashed(DASHES[i]));
+        // Each narrower than the one under it: curves that agree are seen all the same.
+        let width = 4.0 - 1.25 * i as f64;
+        let line = |points| Layer::Line(Line::new(law.name, CURVES[i], points).dashed(DASHES[i]).wide(width));
         let pairs = rollout.rows.iter().zip(theirs).enumerate();
         differences.push(line(pairs.map(|(i, (a, b))| [time(i), worst(a, b).1]).collect()));
         courses.push(line(course(&rollout.rows)));
     }
     let axis = || Axis::linear("time [s]").tight();
     let difference = Axis { range: [Some(1e-17), None], ..Axis::log("largest |qpos difference| [m or rad]") };
-    let name = coordinate_name(model, widest);
+    let name = coordinates(model).get(widest).map_or_else(String::new, |c| format!("{} [{}]", c.name, c.unit));
     let panels = vec![
         Panel::new("Difference from MuJoCo", axis(), difference, differences),
         Panel::new("What moves most", axis(), Axis::linear(name), courses),
@@ -203,14 +238,8 @@ fn chart(
     plot::save(&figure, file).map_err(|e| Failure::Problem(format!("error: {e}")))
 }
 
-/// Penny's run; it ends early where it diverges.
-fn rollout(model: &Model, method: &Method, start: &State, steps: usize) -> Rollout {
-    // Twice: timed as the scene is, and then to rounding, as MuJoCo.
-    let (mut state, mut data) = (start.clone(), Data::new(model));
-    let before = Instant::now();
-    let _ = (0..steps).try_for_each(|_| step(model, method, &mut state, &mut data));
-    let seconds = before.elapsed().as_secs_f64();
-
+/// Penny's run, solved to rounding as MuJoCo's; it ends early where it diverges.
+fn rows(model: &Model, method: &Method, start: &State, steps: usize) -> Vec<Vec<f64>> {
     let mut exact = model.clone();
     exact.opt.tolerance = 0.0;
     exact.opt.iterations = exact.opt.iterations.max(100);
@@ -219,7 +248,26 @@ fn rollout(model: &Model, method: &Method, start: &State, steps: usize) -> Rollo
     while rows.len() <= steps && step(&exact, method, &mut state, &mut data).is_ok() {
         rows.push(state.qpos.clone());
     }
-    Rollout { rows, seconds }
+    rows
+}
+
+/// Seconds that a step of Penny's run takes with the scene's own tolerance, and one of MuJoCo's: both runs in turns, so
+/// that both see the same machine, and the medians. A run that diverges is measured as far as it goes.
+fn pace(model: &Model, method: &Method, start: &State, steps: usize, mujoco: &mut MuJoCo) -> Result<[f64; 2], Failure> {
+    let mut data = Data::new(model);
+    let (mut ours, mut theirs, mut spent) = (Vec::new(), Vec::new(), 0.0);
+    while ours.len() < LEAST_RUNS || (spent < BUDGET && ours.len() < MOST_RUNS) {
+        let mut state = start.clone();
+        let before = Instant::now();
+        let taken = (0..steps).take_while(|_| step(model, method, &mut state, &mut data).is_ok()).count();
+        let seconds = before.elapsed().as_secs_f64();
+        // The step that diverges takes its time too.
+        ours.push(seconds / (taken + 1).min(steps).max(1) as f64);
+        let their_seconds = mujoco.batch(steps)? * 1e-9;
+        theirs.push(their_seconds / steps.max(1) as f64);
+        spent += seconds + their_seconds;
+    }
+    Ok([median(ours), median(theirs)])
 }
 
 /// The coordinate that differs most, and by how much.
@@ -246,9 +294,7 @@ fn largest_difference(ours: &[Vec<f64>], theirs: &[Vec<f64>]) -> (usize, f64) {
     steps.max_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, 0.0))
 }
 
-/// `qpos[2] of disk`
+/// `z of disk`
 fn coordinate_name(model: &Model, coordinate: usize) -> String {
-    let joint = model.joints.iter().rev().find(|j| j.qposadr <= coordinate);
-    let body = joint.map_or(String::new(), |j| format!(" of {}", super::explain::body_name(model, j.body)));
-    format!("qpos[{coordinate}]{body}")
+    coordinates(model).get(coordinate).map_or_else(|| format!("qpos[{coordinate}]"), |c| c.name.clone())
 }

@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod compare;
 mod explain;
+mod files;
 mod format;
 mod map;
 mod mujoco;
@@ -64,7 +65,7 @@ impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Failure {
         match error.kind() {
             std::io::ErrorKind::BrokenPipe => Failure::Closed,
-            _ => Failure::Problem(format!("error: {error}")),
+            _ => Failure::Problem(format!("error: {}", crate::reason(error))),
         }
     }
 }

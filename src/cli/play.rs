@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Failure;
 use super::render::{beside, read_log};
-use super::scene::{MethodArgs, StartArgs};
+use super::scene::{MethodArgs, StartArgs, whole};
 use crate::view::game::LEVELS;
 use crate::view::open::{self, Opened};
 use crate::view::session::{Player, Session};
@@ -21,7 +21,7 @@ pub struct Args {
     #[arg(long, value_name = "run.json", conflicts_with = "scene")]
     replay: Option<PathBuf>,
     /// Seed of the game's passes
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>, allow_negative_numbers = true)]
     seed: u64,
     /// Level of the game: still, pass, keeper, circle
     #[arg(long, value_name = "NAME")]
@@ -63,6 +63,7 @@ fn level(name: &str) -> Result<usize, Failure> {
 
 #[cfg(feature = "play")]
 pub fn play(args: &Args) -> Result<(), Failure> {
+    use super::files;
     use crate::contact;
     use crate::view::app::window::{Open, run};
     use crate::view::session::Source;
@@ -72,6 +73,8 @@ pub fn play(args: &Args) -> Result<(), Failure> {
         let names: Vec<&str> = contact::ALL.iter().map(|l| l.name).collect();
         return Err(Failure::Usage(format!("error: there is no contact law `{name}`: there is {}", names.join(", "))));
     }
+    let read: Vec<PathBuf> = args.scene.iter().chain(&args.replay).cloned().collect();
+    files::apart(&read, &[("--record", args.record.as_deref())])?;
     let (path, files, mut stage) = match (&args.replay, &args.scene) {
         (Some(run), _) => {
             let (session, player) = recorded(run)?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
+use super::files;
 use super::play::{opened, recorded};
 use super::scene::{MethodArgs, StartArgs};
 use crate::view::film::Film;
@@ -22,17 +23,17 @@ pub struct Args {
     /// File to write: .gif, .png (the last picture), .apng, .mp4 or .webm (these two through ffmpeg)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Pixels
-    #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = size)]
-    size: [usize; 2],
+    /// Pixels [default: 640x480, with --panel 1280x720]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[usize; 2]>,
     /// Frames per second [default: 50, .apng 30, .mp4 and .webm 60]
-    #[arg(long, value_name = "N", value_parser = positive)]
+    #[arg(long, value_name = "N", value_parser = positive, allow_hyphen_values = true)]
     fps: Option<f64>,
     /// Simulated seconds [default: 3, or the whole recorded session]
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     time: Option<f64>,
     /// Simulated seconds per second of film
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_hyphen_values = true)]
     speed: f64,
     /// Where from: azimuth and elevation in degrees, distance and target in m [default: all that moves is seen]
     #[arg(long, value_name = "A,E[,D[,X,Y,Z]]", allow_hyphen_values = true)]
@@ -57,6 +58,7 @@ const DEFAULT_TIME: f64 = 3.0;
 
 pub fn render(args: &Args) -> Result<(), Failure> {
     let format = Format::of(&args.output).map_err(usage)?;
+    files::apart(std::slice::from_ref(&args.input), &[("--output", Some(&args.output))])?;
     let (mut session, player) = session(args)?;
     let recorded = player.as_ref().map(|p| p.log().duration());
     let duration = args.time.or(recorded).unwrap_or(DEFAULT_TIME);
@@ -64,7 +66,7 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     let film = film(args, &session, fps)?;
     let whole = recorded.is_some() && args.time.is_none();
     let frames = if whole { film.frames_to_end(duration) } else { film.frames(duration) };
-    let [width, height] = args.size;
+    let [width, height] = args.size.unwrap_or(if args.panel { [1280, 720] } else { [640, 480] });
     let mut video = Video::create(&args.output, Shape { width, height, fps, frames }).map_err(problem)?;
     let bar = ProgressBar::new(frames as u64);
     // The template is constant and right.
@@ -210,6 +212,7 @@ pub fn beside(path: &str, log: &Path) -> PathBuf {
 
 /// Reads a recorded session's file.
 pub fn read_log(path: &Path) -> Result<Log, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|e| problem(format!("cannot read `{}`: {e}", path.display())))?;
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| problem(format!("cannot read `{}`: {}", path.display(), crate::reason(e))))?;
     Log::parse(&text).map_err(|e| problem(format!("{}: {e}", path.display())))
 }

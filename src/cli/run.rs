@@ -1,14 +1,18 @@
 //! `penny run`: simulates a scene, tells about it, and writes it down where asked.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+mod doubts;
+
+use self::doubts::{Ledger, Overlap};
 use super::Failure;
 use super::explain::{largest_timestep, requirements};
+use super::files;
 use super::format::{count, fixed, short, si, table};
 use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
 use crate::data::Data;
@@ -16,7 +20,7 @@ use crate::explain;
 use crate::forward::{Diverged, Method, step};
 use crate::model::{JointKind, Model};
 use crate::plot;
-use crate::record::{Csv, Json, Picture, Recorder, Sample};
+use crate::record::{Csv, Json, Lines, Picture, Recorder, Sample};
 use crate::state::State;
 
 #[derive(clap::Args)]
@@ -26,8 +30,9 @@ pub struct Args {
     scene: PathBuf,
     #[command(flatten)]
     length: LengthArgs,
-    /// Record every N-th step
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = scene::at_least_one)]
+    /// Write every N-th step into the files of --csv, --json and --plot
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(value_parser = scene::at_least_one, allow_negative_numbers = true)]
     every: usize,
     #[command(flatten)]
     method: MethodArgs,
@@ -36,7 +41,7 @@ pub struct Args {
     /// Write the trajectory as CSV; `-` is standard output
     #[arg(long, value_name = "FILE|-")]
     csv: Option<PathBuf>,
-    /// Write the trajectory as JSON; `-` is standard output
+    /// Write the trajectory as JSON; `-` is standard output. The file is valid even if the run is interrupted
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
     /// Draw position, energy, penetration and phase over time: a file that ends in .svg or .png
@@ -52,39 +57,39 @@ const BATCH: usize = 4096;
 const PATIENCE: Duration = Duration::from_secs(1);
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let model = scene::load(&args.scene)?;
+    let written = [("--csv", &args.csv), ("--json", &args.json), ("--plot", &args.plot)];
+    let model = scene::load_apart(&args.scene, &written.map(|(option, path)| (option, path.as_deref())))?;
     let method = args.method.method(&model)?;
     let mut state = args.start.state(&model)?;
-    let steps = args.length.steps(method.timestep);
-    eprint!("{}", account(&args.scene, &model, &method, &state, steps));
-
-    let mut outputs = Outputs::default();
-    if let Some(path) = &args.csv {
-        outputs.csv = Some(Csv::new(create(path)?, &model)?);
+    let steps = args.length.steps(method.timestep)?;
+    if let Some(path) = &args.plot {
+        files::writable(path)?;
     }
-    if let Some(path) = &args.json {
-        outputs.json = Some(Json::new(create(path)?, &model, &method)?);
-    }
-    if args.plot.is_some() {
-        outputs.picture = Some(Picture::default());
-    }
+    let mut outputs = Outputs::open(args, &model, &method)?;
     let mut recorder = Recorder::new(&model);
+    let first = recorder.sample(&model, &state);
+    let overlap = Overlap::find(&model, recorder.contacts());
+    let (text, limit) = account(&args.scene, &model, &method, &state, steps);
+    eprint!("{text}{}{}", warning(&method, &limit), overlap.as_ref().map_or_else(String::new, |o| o.warning(&model)));
+
     let mut lines = vec![heading(&model)];
     let mut data = Data::new(&model);
     let stride = steps.div_ceil(LINES).max(1);
     let progress = Progress::new(steps);
     let mut elapsed = Duration::ZERO;
     let mut failed = None;
+    let mut energy = Ledger::new(&model, &first);
     let mut i = 0;
     loop {
         let (written, listed) = (outputs.any() && i % args.every == 0, i % stride == 0 || i == steps);
         if written || listed {
             let sample = recorder.sample(&model, &state);
             if written {
-                outputs.write(&model, &state, &sample)?;
+                outputs.write(&state, &sample)?;
             }
             if listed {
                 lines.push(line(&model, &state, &sample));
+                energy.enter(&sample);
             }
         }
         if i == steps {
@@ -104,26 +109,34 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.at(i, elapsed);
     }
     progress.finish();
-    if let (Some(path), Some(picture)) = (&args.plot, &outputs.picture) {
+    eprint!("\n{}{}", caption(&model), table(&lines));
+    let picture = outputs.finish()?;
+    if let (Some(path), Some(picture)) = (&args.plot, picture) {
         let how = format!("{}, {}, h = {}", method.contact.name, method.integrator.name, si(method.timestep, "s"));
-        let figure = picture.figure(&model, &args.scene.display().to_string(), &how);
+        let start = args.start.told();
+        let how = if start.is_empty() { how } else { format!("{how}; start: {start}") };
+        let figure = picture.figure(&args.scene.display().to_string(), &how);
         plot::save(&figure, path).map_err(|e| Failure::Problem(format!("error: {e}")))?;
     }
-    outputs.finish()?;
-    eprint!("\n{}{}", caption(&model), table(&lines));
-    match failed {
-        Some(diverged) => Err(Failure::Problem(report(&model, &method, &data, &diverged))),
-        None if steps == 0 => Ok(()),
-        None => {
-            eprintln!("\n  {}", pace(steps, method.timestep, elapsed));
-            eprint!("{}", super::explain::unsolved(&data, steps));
-            Ok(())
-        }
+    if let Some(diverged) = failed {
+        return Err(Failure::Problem(report(&model, &method, &data, &diverged)));
     }
+    if steps > 0 {
+        eprintln!("\n  {}", pace(steps, method.timestep, elapsed));
+        eprint!("{}", super::explain::unsolved(&data, steps));
+    }
+    if energy.grew() && model.actuators.is_empty() {
+        let limit = limit.map(|(limit, _)| limit);
+        eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit));
+    }
+    Ok(())
 }
 
+/// The largest safe timestep, s, and whose it is, where the run's own is beyond it.
+type Limit = Option<(f64, String)>;
+
 /// What is computed, how, and how far from its limit.
-fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: usize) -> String {
+fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: usize) -> (String, Limit) {
     let mut rows: Vec<[String; 2]> = requirements(model);
     rows.push(["contact law".into(), format!("{}: {}", method.contact.name, method.contact.about)]);
     if !method.contact.joints && model.plan.limits + model.plan.frictionloss > 0 {
@@ -159,12 +172,12 @@ fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: us
     }
     // A limit of the probe's own is none of the scene's.
     let limit = limit.filter(|(limit, _)| *limit < explain::probe::LARGEST);
-    text + &warning(method, safe(model, method, start, limit))
+    (text, safe(model, method, start, limit))
 }
 
 /// The largest timestep that bears both a spring alone and the start of the run, tried out, and whose it is; `None` if
 /// the run's own does.
-fn safe(model: &Model, method: &Method, start: &State, limit: Option<(f64, String)>) -> Option<(f64, String)> {
+fn safe(model: &Model, method: &Method, start: &State, limit: Limit) -> Limit {
     // Where the smallest step tried gains, too, the timestep is not the cause: a start deep in the ground, for instance.
     let rehearsed = |timestep: f64| {
         let limit = explain::rehearsal::largest_timestep(model, &Method { timestep, ..*method }, start);
@@ -178,17 +191,17 @@ fn safe(model: &Model, method: &Method, start: &State, limit: Option<(f64, Strin
 }
 
 /// Said before the first step where the timestep is beyond what the springs bear.
-fn warning(method: &Method, limit: Option<(f64, String)>) -> String {
+fn warning(method: &Method, limit: &Limit) -> String {
     let integrator = method.integrator.name;
     match limit {
         Some((0.0, names)) => {
             format!("warning: {names} gains energy at any timestep with {integrator}: take another --integrator\n")
         }
-        Some((limit, names)) if limit < method.timestep => format!(
+        Some((limit, names)) if *limit < method.timestep => format!(
             "warning: at this timestep {names} gains energy until the run means nothing; the largest safe one with \
              {integrator} is {}: --timestep {:.1e}\n",
-            si(limit, "s"),
-            rounded_down(limit)
+            si(*limit, "s"),
+            rounded_down(*limit)
         ),
         _ => String::new(),
     }
@@ -278,44 +291,60 @@ fn report(model: &Model, method: &Method, data: &Data, diverged: &Diverged) -> S
 }
 
 /// The files, or standard output, that the run is written to.
-#[derive(Default)]
-struct Outputs {
-    csv: Option<Csv<Box<dyn Write>>>,
-    json: Option<Json<Box<dyn Write>>>,
+struct Outputs<'a> {
+    csv: Option<(&'a Path, Csv)>,
+    json: Option<(&'a Path, Json)>,
     picture: Option<Picture>,
 }
 
-impl Outputs {
+impl Outputs<'_> {
+    fn open<'a>(args: &'a Args, model: &Model, method: &Method) -> Result<Outputs<'a>, Failure> {
+        let csv = |path: &'a PathBuf| {
+            let csv = create(path).and_then(|out| Csv::new(out, model));
+            csv.map(|csv| (path.as_path(), csv)).map_err(|e| files::cannot_write(path, &e))
+        };
+        let json = |path: &'a PathBuf| {
+            let json = create(path).and_then(|out| Json::new(out, model, method));
+            json.map(|json| (path.as_path(), json)).map_err(|e| files::cannot_write(path, &e))
+        };
+        Ok(Outputs {
+            csv: args.csv.as_ref().map(csv).transpose()?,
+            json: args.json.as_ref().map(json).transpose()?,
+            picture: args.plot.as_ref().map(|_| Picture::new(model)),
+        })
+    }
+
     fn any(&self) -> bool {
         self.csv.is_some() || self.json.is_some() || self.picture.is_some()
     }
 
-    fn write(&mut self, model: &Model, state: &State, sample: &Sample) -> io::Result<()> {
-        if let Some(csv) = &mut self.csv {
-            csv.write(state, sample)?;
+    fn write(&mut self, state: &State, sample: &Sample) -> Result<(), Failure> {
+        if let Some((path, csv)) = &mut self.csv {
+            csv.write(state, sample).map_err(|e| files::cannot_write(path, &e))?;
         }
-        if let Some(json) = &mut self.json {
-            json.write(state, sample)?;
+        if let Some((path, json)) = &mut self.json {
+            json.write(state, sample).map_err(|e| files::cannot_write(path, &e))?;
         }
         if let Some(picture) = &mut self.picture {
-            picture.push(model, state, sample);
+            picture.push(state, sample);
         }
         Ok(())
     }
 
-    fn finish(self) -> io::Result<()> {
-        self.csv.map_or(Ok(()), Csv::finish)?;
-        self.json.map_or(Ok(()), Json::finish)
+    /// Completes the files; what is left is to draw the picture.
+    fn finish(self) -> Result<Option<Picture>, Failure> {
+        if let Some((path, csv)) = self.csv {
+            csv.finish().map_err(|e| files::cannot_write(path, &e))?;
+        }
+        if let Some((path, json)) = self.json {
+            json.finish().map_err(|e| files::cannot_write(path, &e))?;
+        }
+        Ok(self.picture)
     }
 }
 
-fn create(path: &Path) -> Result<Box<dyn Write>, Failure> {
-    if path == Path::new("-") {
-        return Ok(Box::new(BufWriter::new(io::stdout())));
-    }
-    let file = File::create(path)
-        .map_err(|e| Failure::Problem(format!("error: {} cannot be written: {e}", path.display())))?;
-    Ok(Box::new(BufWriter::new(file)))
+fn create(path: &Path) -> io::Result<Lines> {
+    if path == Path::new("-") { Ok(Lines::stream(io::stdout())) } else { File::create(path).map(Lines::file) }
 }
 
 /// A bar on the terminal, once the run takes longer than [`PATIENCE`].

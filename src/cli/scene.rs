@@ -9,6 +9,8 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{Arg, Command};
 
 use super::Failure;
+use super::files;
+use super::format::{short, si};
 use crate::Scene;
 use crate::contact::{self, Law};
 use crate::forward::Method;
@@ -21,6 +23,8 @@ use crate::state::State;
 pub const DEFAULT_LAW: &str = "penalty";
 /// s
 const DEFAULT_TIME: f64 = 3.0;
+/// More would take longer than a day even where a step takes 0.1 µs.
+const MOST_STEPS: usize = 1_000_000_000_000;
 
 #[derive(clap::Args, Clone)]
 pub struct MethodArgs {
@@ -31,17 +35,18 @@ pub struct MethodArgs {
     #[arg(long, value_name = "NAME", value_parser = integrator_parser())]
     integrator: Option<String>,
     /// Timestep in seconds [default: the scene's]
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     timestep: Option<f64>,
-    /// Rounds of normals and friction in the penalty law: more are more accurate, and slower
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = at_least_one)]
+    /// How often the penalty law finds first the pressing forces and then the friction that they allow, in each step:
+    /// more rounds are more accurate where many contacts share a load, and slower
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = at_least_one, allow_negative_numbers = true)]
     rounds: usize,
 }
 
 #[derive(clap::Args, Clone)]
 pub struct StartArgs {
     /// Start from this keyframe, by name or index (a scene's keyframes are applied only where named)
-    #[arg(long, value_name = "NAME|INDEX")]
+    #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]
     key: Option<String>,
     /// Start at these positions, all of them
     #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
@@ -57,10 +62,10 @@ pub struct StartArgs {
 #[derive(clap::Args, Clone)]
 pub struct LengthArgs {
     /// Simulated time in seconds [default: 3]
-    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "steps")]
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true, conflicts_with = "steps")]
     time: Option<f64>,
     /// Number of steps instead of a time
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>, allow_negative_numbers = true)]
     steps: Option<usize>,
 }
 
@@ -113,6 +118,17 @@ impl StartArgs {
     /// Whether the command line asks for any start of its own.
     pub fn given(&self) -> bool {
         self.key.is_some() || self.qpos.is_some() || self.qvel.is_some() || self.ctrl.is_some()
+    }
+
+    /// The options given, as one would type them; empty if there are none.
+    pub fn told(&self) -> String {
+        let numbers = |name: &str, given: &Option<Numbers>| {
+            let Numbers(x) = given.as_ref()?;
+            Some(format!("--{name} \"{}\"", x.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")))
+        };
+        let key = self.key.as_ref().map(|key| format!("--key {key}"));
+        let all = [key, numbers("qpos", &self.qpos), numbers("qvel", &self.qvel), numbers("ctrl", &self.ctrl)];
+        all.into_iter().flatten().collect::<Vec<_>>().join(" ")
     }
 
     /// Where the run begins.
@@ -199,14 +215,30 @@ fn qvel_names(kind: JointKind) -> &'static str {
 }
 
 impl LengthArgs {
-    pub fn steps(&self, timestep: f64) -> usize {
-        self.steps.unwrap_or_else(|| (self.time.unwrap_or(DEFAULT_TIME) / timestep).round() as usize)
+    /// Errors: wrong usage, if nobody could wait for so many steps.
+    pub fn steps(&self, timestep: f64) -> Result<usize, Failure> {
+        let time = self.time.unwrap_or(DEFAULT_TIME);
+        let steps = self.steps.map_or_else(|| (time / timestep).round(), |n| n as f64);
+        if steps <= MOST_STEPS as f64 {
+            return Ok(steps as usize);
+        }
+        let cure = match self.steps {
+            Some(_) => "--steps".to_owned(),
+            None => format!("{} at a timestep of {}", si(time, "s"), si(timestep, "s")),
+        };
+        Err(Failure::Usage(format!(
+            "error: {cure} makes {} steps, which nobody can wait for; the most is {}",
+            short(steps),
+            short(MOST_STEPS as f64),
+        )))
     }
 }
 
 /// A scene, and what it was warned about.
 pub struct Read {
     pub model: Model,
+    /// The scene's own and those that it includes.
+    pub files: Vec<PathBuf>,
     /// The report, for people.
     pub warnings: String,
     pub count: usize,
@@ -219,7 +251,10 @@ pub fn read(path: &Path) -> Result<Read, Failure> {
     let colour = std::io::stderr().is_terminal();
     match crate::load(path) {
         Ok(Scene { document, model, warnings }) => {
-            Ok(Read { model, warnings: mjcf::render(&document, &warnings, colour), count: warnings.len() })
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let included = document.files.iter().skip(1).map(|source| folder.join(&source.name));
+            let files = std::iter::once(path.to_owned()).chain(included).collect();
+            Ok(Read { model, files, warnings: mjcf::render(&document, &warnings, colour), count: warnings.len() })
         }
         Err(failure) => Err(Failure::Problem(mjcf::render(&failure.document, &failure.problems, colour))),
     }
@@ -227,7 +262,13 @@ pub fn read(path: &Path) -> Result<Read, Failure> {
 
 /// Reads a scene to work with; warnings are printed.
 pub fn load(path: &Path) -> Result<Model, Failure> {
+    load_apart(path, &[])
+}
+
+/// Reads a scene to work with, which is apart from the files to write (each with the option that names it).
+pub fn load_apart(path: &Path, written: &[(&str, Option<&Path>)]) -> Result<Model, Failure> {
     let read = read(path)?;
+    files::apart(&read.files, written)?;
     if read.count > 0 {
         eprintln!("{}", read.warnings);
     }
@@ -289,6 +330,11 @@ pub fn at_least_one(text: &str) -> Result<usize, String> {
         Ok(n) if n > 0 => Ok(n),
         _ => Err("must be a whole number above 0".to_owned()),
     }
+}
+
+/// For `--steps` and the like.
+pub fn whole<N: std::str::FromStr>(text: &str) -> Result<N, String> {
+    text.parse().map_err(|_| "must be a whole number, 0 or more".to_owned())
 }
 
 fn numbers(text: &str) -> Result<Numbers, String> {

@@ -18,7 +18,8 @@ impl Scale {
         let (low, high) = usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
         let size = low.abs().max(high.abs());
-        let least = if log || size == 0.0 { 1.0 } else { 1e-9 * size };
+        // What changes by less than that would need numbers too long to read.
+        let least = if log || size == 0.0 { 1.0 } else { 1e-5 * size };
         let (low, high) = if high - low < least { (low - 0.5 * least, high + 0.5 * least) } else { (low, high) };
         let air = if axis.tight { 0.0 } else { 0.04 * (high - low) };
         let bound = |given: Option<f64>, found: f64| given.map_or(found, |v| if log { v.log10() } else { v });
@@ -142,6 +143,7 @@ mod tests {
     fn ticks_are_round_numbers_in_peoples_notation() {
         assert_eq!(texts(Axis::linear("t [s]"), 0.0, 1.0), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(texts(Axis::linear(""), -2e-6, 2e-6), ["−2·10⁻⁶", "−1·10⁻⁶", "0", "1·10⁻⁶", "2·10⁻⁶"]);
+        assert_eq!(texts(Axis::linear(""), 0.38348479, 0.3834848), ["0.383483", "0.383484", "0.383485", "0.383486"]);
         assert_eq!(texts(Axis::log("h [s]"), 1e-5, 1e-1), ["10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1"]);
         assert_eq!(texts(Axis::log(""), 0.1, 2.0), ["0.1", "0.2", "0.5", "1", "2"]);
         assert_eq!(texts(Axis::log(""), 1e-15, 1.0), ["10⁻¹⁵", "10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "1"]);

@@ -1,36 +1,28 @@
 //! A recording as CSV: a header line, then a line a state.
 
-use std::io::{Error, Result, Write};
+use std::io::Result;
 
-use super::{Sample, columns, row};
+use super::{Lines, Sample, columns, row};
 use crate::model::Model;
 use crate::state::State;
 
-/// Writes each row as it comes, so that a run that ends early leaves what it had.
-pub struct Csv<W: Write> {
-    out: csv::Writer<W>,
+/// Writes rows as they come, so that a run that ends early leaves what it had. Names and numbers need no quotes.
+pub struct Csv {
+    out: Lines,
 }
 
-impl<W: Write> Csv<W> {
-    pub fn new(out: W, model: &Model) -> Result<Csv<W>> {
-        let mut out = csv::Writer::from_writer(out);
-        out.write_record(columns(model)).map_err(plain)?;
-        Ok(Csv { out })
+impl Csv {
+    pub fn new(out: Lines, model: &Model) -> Result<Csv> {
+        let header = columns(model).join(",") + "\n";
+        Ok(Csv { out: out.begin(&header, "")? })
     }
 
     pub fn write(&mut self, state: &State, sample: &Sample) -> Result<()> {
-        self.out.write_record(row(state, sample)).map_err(plain)
+        let row: Vec<String> = row(state, sample).collect();
+        self.out.push(&(row.join(",") + "\n"))
     }
 
-    pub fn finish(mut self) -> Result<()> {
-        self.out.flush()
-    }
-}
-
-/// The error of the file or pipe itself, so that its kind can be asked.
-fn plain(error: csv::Error) -> Error {
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        other => Error::other(format!("{other:?}")),
+    pub fn finish(self) -> Result<()> {
+        self.out.finish()
     }
 }

@@ -1,20 +1,21 @@
 //! A recording as JSON: `{"model", "contact", "integrator", "timestep", "columns": […], "rows": [[…], …]}`.
 
-use std::io::{Result, Write};
+use std::io::Result;
 
-use super::{Sample, columns, row};
+use super::{Lines, Sample, columns, row};
 use crate::forward::Method;
 use crate::model::Model;
 use crate::state::State;
 
-/// Writes each row as it comes. JSON has no number for what is not finite: it becomes `null`.
-pub struct Json<W: Write> {
-    out: W,
+/// Writes rows as they come; the file is valid JSON at any time. JSON has no number for what is not finite: it becomes
+/// `null`.
+pub struct Json {
+    out: Lines,
     first: bool,
 }
 
-impl<W: Write> Json<W> {
-    pub fn new(mut out: W, model: &Model, method: &Method) -> Result<Json<W>> {
+impl Json {
+    pub fn new(out: Lines, model: &Model, method: &Method) -> Result<Json> {
         let head = serde_json::json!({
             "model": model.name,
             "contact": method.contact.name,
@@ -24,19 +25,18 @@ impl<W: Write> Json<W> {
         });
         // The object stays open: rows follow.
         let head = head.to_string();
-        write!(out, "{},\"rows\":[", &head[..head.len() - 1])?;
-        Ok(Json { out, first: true })
+        let head = format!("{},\"rows\":[", &head[..head.len() - 1]);
+        Ok(Json { out: out.begin(&head, "\n]}\n")?, first: true })
     }
 
     pub fn write(&mut self, state: &State, sample: &Sample) -> Result<()> {
         let comma = if std::mem::take(&mut self.first) { "" } else { "," };
         let finite = |x: String| if x.contains(['N', 'i']) { "null".to_owned() } else { x };
         let row: Vec<String> = row(state, sample).map(finite).collect();
-        write!(self.out, "{comma}\n[{}]", row.join(","))
+        self.out.push(&format!("{comma}\n[{}]", row.join(",")))
     }
 
-    pub fn finish(mut self) -> Result<()> {
-        writeln!(self.out, "\n]}}")?;
-        self.out.flush()
+    pub fn finish(self) -> Result<()> {
+        self.out.finish()
     }
 }

@@ -2,17 +2,19 @@
 
 mod csv;
 mod json;
+mod lines;
 mod picture;
 
 pub use csv::Csv;
 pub use json::Json;
+pub use lines::Lines;
 pub use picture::Picture;
 
 use crate::collision;
-use crate::data::Data;
+use crate::data::{Contact, Data};
 use crate::dynamics::{self, energy};
 use crate::math::Vec3;
-use crate::model::Model;
+use crate::model::{JointKind, Model};
 use crate::state::State;
 
 /// What there is to know about a state, besides the state.
@@ -20,11 +22,13 @@ use crate::state::State;
 pub struct Sample {
     /// Kinetic and potential energy of all that moves, J.
     pub energy: f64,
+    /// The kinetic part of it, J.
+    pub kinetic: f64,
     /// Depth of the deepest contact, m; 0 without contact.
     pub penetration: f64,
     /// Contact points found.
     pub contacts: usize,
-    /// Centre of mass of all that moves, m, and its speed, m/s.
+    /// Centre of mass of all that moves, m, and its speed, m/s; 0 where nothing moves.
     pub com: Vec3,
     pub speed: f64,
 }
@@ -50,21 +54,72 @@ impl Recorder {
         let momentum = energy::momentum(model, state, data);
         collision::detect(model, data);
         let deepest = data.contacts.iter().map(|c| c.dist).fold(0.0, f64::min);
-        let com: Vec3 =
-            moving(model).map(|b| model.bodies[b].mass * dynamics::xipos(model, data, b)).sum::<Vec3>() / self.mass;
+        let moment: Vec3 = moving(model).map(|b| model.bodies[b].mass * dynamics::xipos(model, data, b)).sum();
+        let per_mass = if self.mass > 0.0 { 1.0 / self.mass } else { 0.0 };
         Sample {
             energy: energy.kinetic + energy.potential,
+            kinetic: energy.kinetic,
             penetration: deepest.abs(),
             contacts: data.contacts.len(),
-            com,
-            speed: momentum.linear.norm() / self.mass,
+            com: moment * per_mass,
+            speed: momentum.linear.norm() * per_mass,
         }
+    }
+
+    /// The contacts of the state that was measured last.
+    pub fn contacts(&self) -> &[Contact] {
+        &self.data.contacts
     }
 }
 
 /// The bodies that move.
 fn moving(model: &Model) -> impl Iterator<Item = usize> + '_ {
     (0..model.bodies.len()).filter(|&b| model.bodies[b].tree.is_some())
+}
+
+/// One number of qpos.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coordinate {
+    /// `z of disk`
+    pub name: String,
+    /// m, rad, or 1 for quaternions
+    pub unit: &'static str,
+    /// Index of its own velocity in qvel; quaternions have none.
+    pub qvel: Option<usize>,
+}
+
+/// What each number of qpos is (nq).
+pub fn coordinates(model: &Model) -> Vec<Coordinate> {
+    // Axis and unit; how many of them have a velocity of their own.
+    const FREE: [(&str, &str); 7] = [
+        ("x of ", "m"),
+        ("y of ", "m"),
+        ("z of ", "m"),
+        ("quaternion w of ", "1"),
+        ("quaternion x of ", "1"),
+        ("quaternion y of ", "1"),
+        ("quaternion z of ", "1"),
+    ];
+    let mut list = Vec::new();
+    for joint in &model.joints {
+        let body = &model.bodies[joint.body].name;
+        // A free body is known by its own name, a joint by the joint's.
+        let whole = matches!(joint.kind, JointKind::Free | JointKind::Ball);
+        let names = if whole { [body, &joint.name] } else { [&joint.name, body] };
+        let named = names.into_iter().find(|name| !name.is_empty());
+        let name = named.map_or_else(|| format!("body {}", joint.body), String::clone);
+        let (parts, own): (&[(&str, &str)], usize) = match joint.kind {
+            JointKind::Free => (&FREE, 3),
+            JointKind::Ball => (&FREE[3..], 0),
+            JointKind::Slide => (&[("", "m")], 1),
+            JointKind::Hinge => (&[("", "rad")], 1),
+        };
+        for (i, (axis, unit)) in parts.iter().enumerate() {
+            let qvel = (i < own).then_some(joint.dofadr + i);
+            list.push(Coordinate { name: format!("{axis}{name}"), unit, qvel });
+        }
+    }
+    list
 }
 
 /// Names of the columns of a recording, in order.

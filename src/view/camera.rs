@@ -101,7 +101,7 @@ impl Camera {
     /// Reads `azimuth,elevation,distance` in degrees and m, optionally followed by the target `x,y,z` in m; what
     /// is left out stays as it was.
     ///
-    /// Errors: one sentence if it is not 2, 3 or 6 finite numbers.
+    /// Errors: one sentence if it is not 2, 3 or 6 finite numbers, or the distance is not above 0.
     pub fn parse(&self, text: &str) -> Result<Camera, String> {
         let wrong =
             || format!("a camera is `azimuth,elevation[,distance[,x,y,z]]` in degrees and metres, not `{text}`");
@@ -117,6 +117,9 @@ impl Camera {
         camera.azimuth = numbers[0].to_radians();
         camera.elevation = numbers[1].to_radians().clamp(-MAX_ELEVATION, MAX_ELEVATION);
         if let Some(&distance) = numbers.get(2) {
+            if distance <= 0.0 {
+                return Err(format!("the camera's distance must be above 0 m, not {distance}"));
+            }
             camera.distance = distance.max(0.01);
         }
         if let [_, _, _, x, y, z] = numbers[..] {

@@ -173,6 +173,154 @@ fn a_diverging_run_says_what_when_where_and_keeps_its_rows() {
     assert!(rows.len() > 50 && rows.iter().flatten().all(|x| x.is_finite()), "{} rows", rows.len());
 }
 
+/// With a full disk behind standard error there is nobody to tell: that is no reason to panic.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_or_full_standard_error_is_no_error() {
+    for args in [&["explain", "models/disk.xml"][..], &["models/disk.xml", "--steps", "1"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+        command.args(args).current_dir(env!("CARGO_MANIFEST_DIR")).stderr(full);
+        assert_eq!(command.status().expect("penny starts").code(), Some(0), "{args:?}");
+    }
+}
+
+#[test]
+fn no_file_overwrites_the_scene_or_another() {
+    let text = std::fs::read_to_string("models/disk.xml").expect("the model");
+    let path = scene("kept.xml", &text);
+    let file = path.to_str().expect("UTF-8");
+    // The same file by another way.
+    let detour = file.replace("kept.xml", "../cli/kept.xml");
+    assert_has(&says(&[file, "--csv", &detour], 2), &["--csv would overwrite", "name another file"]);
+    assert_eq!(std::fs::read_to_string(&path).expect("the scene"), text);
+    let both = file.replace("kept.xml", "both.out");
+    assert_has(&says(&[file, "--csv", &both, "--json", &both], 2), &["--csv and --json both write to", "both.out"]);
+    assert!(!Path::new(&both).exists());
+    assert_has(&says(&[file, "--csv", "-", "--json", "-"], 2), &["standard output"]);
+    says(&[file, "--csv", "/dev/null", "--json", "/dev/null", "--steps", "1"], 0);
+}
+
+#[test]
+fn what_cannot_be_written_is_said_before_the_run_and_names_the_file() {
+    let json = Path::new(env!("CARGO_TARGET_TMPDIR")).join("never.json");
+    let args = ["models/disk.xml", "--json", json.to_str().expect("UTF-8"), "--plot", "/no/such/x.png"];
+    let text = says(&args, 1);
+    assert_has(&text, &["error: cannot write `/no/such/x.png`: "]);
+    assert!(!text.contains("os error") && !text.contains("energy J") && !json.exists(), "{text}");
+    assert_has(&says(&["models/disk.xml", "--csv", "/no/such/x.csv"], 1), &["error: cannot write `/no/such/x.csv`: "]);
+}
+
+#[test]
+fn files_of_a_run_that_is_interrupted_are_whole() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let [csv, json] = ["cut.csv", "cut.json"].map(|name| folder.join(name));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+    command.args(["models/box.xml", "--time", "1e5"]).arg("--csv").arg(&csv).arg("--json").arg(&json);
+    let mut child = command.current_dir(env!("CARGO_MANIFEST_DIR")).stderr(Stdio::null()).spawn().expect("it starts");
+    let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |m| m.len());
+    while size(&csv) < 20_000 || size(&json) < 20_000 {
+        std::thread::yield_now();
+    }
+    child.kill().and_then(|()| child.wait()).expect("it ends");
+    let text = std::fs::read_to_string(&json).expect("the file");
+    let value: serde_json::Value = serde_json::from_str(&text).expect("valid JSON");
+    assert!(value["rows"].as_array().is_some_and(|rows| rows.len() > 50));
+    let text = std::fs::read_to_string(&csv).expect("the file");
+    assert!(text.ends_with('\n') && rows(&text).iter().all(|row| row.len() == 10));
+    [csv, json].iter().for_each(|path| std::fs::remove_file(path).expect("it is there"));
+}
+
+/// The commonest slip of all.
+#[test]
+fn a_scene_without_a_joint_is_warned_about_and_has_no_nan() {
+    let text = std::fs::read_to_string("models/disk.xml").expect("the model");
+    let without: String = text.lines().filter(|l| !l.contains("<freejoint")).map(|l| format!("{l}\n")).collect();
+    let path = scene("still.xml", &without);
+    for command in ["check", "run"] {
+        let text = says(&[command, path.to_str().expect("UTF-8")], 0);
+        assert_has(&text, &["nothing in this scene moves", "<body", "<freejoint/>"]);
+        assert!(!text.contains("NaN"), "{text}");
+    }
+    let empty = scene("nothing.xml", "<mujoco/>");
+    assert_has(&says(&["check", empty.to_str().expect("UTF-8")], 0), &["nothing in this scene moves", "<worldbody>"]);
+}
+
+#[test]
+fn numbers_below_zero_are_told_what_they_must_be() {
+    for (option, number, rule) in [
+        ("--time", "-1", "above 0"),
+        ("--timestep", "-1e-3", "above 0"),
+        ("--steps", "-3", "0 or more"),
+        ("--every", "-1", "above 0"),
+        ("--rounds", "-1", "above 0"),
+        ("--key", "-1", "no keyframe `-1`"),
+    ] {
+        assert_has(&says(&["models/disk.xml", option, number], 2), &[number, rule]);
+    }
+    for option in ["--fps", "--speed", "--time"] {
+        assert_has(&says(&["render", "models/disk.xml", "-o", "x.gif", option, "-1e1"], 2), &["-1e1", "above 0"]);
+    }
+    assert_has(&says(&["play", "models/disk.xml", "--seed", "-1"], 2), &["-1", "0 or more"]);
+}
+
+#[test]
+fn a_run_that_nobody_could_wait_for_is_refused() {
+    for option in [["--time", "1e300"], ["--timestep", "1e-300"], ["--steps", "9000000000000000"]] {
+        assert_has(&says(&["models/disk.xml", option[0], option[1]], 2), &["steps", "the most is"]);
+    }
+}
+
+#[test]
+fn energy_from_nowhere_is_told_with_its_cause() {
+    let text = std::fs::read_to_string("models/disk.xml").expect("the model");
+    let change = |name: &str, from: &str, to: &str| {
+        assert!(text.contains(from));
+        scene(name, &text.replace(from, to)).display().to_string()
+    };
+    // In the ground to its middle: thrown out.
+    let half = says(&[&change("half.xml", "pos=\"0 0 1.0\"", "pos=\"0 0 0\"")], 0);
+    let warning = "warning: ground and disk_geom overlap by 200 mm at the start";
+    assert_has(&half, &[warning, "the energy grew from 0 J to", "overlapped by 200 mm at the start"]);
+    assert!(half.find(warning) < half.find("time s"), "said after the run:\n{half}");
+    let stiff = says(&[&change("stiff_disk.xml", "solref=\"0.01 1.0\"", "solref=\"-1e9 -100\"")], 0);
+    assert_has(&stiff, &["the energy grew from 9.81 J to", "the timestep is too long for the springs"]);
+    let swing = says(&["models/pendulum.xml", "--integrator", "explicit-euler", "--time", "20"], 0);
+    assert_has(&swing, &["the energy grew from 15.9 J to 18.4 J", "explicit-euler errs", "--integrator rk4"]);
+    for fine in [&["models/disk.xml"][..], &["models/pendulum.xml"], &["models/stack.xml", "--key", "push"]] {
+        let text = says(fine, 0);
+        assert!(!text.contains("energy grew") && !text.contains("overlap"), "{text}");
+    }
+}
+
+#[test]
+fn the_picture_of_a_run_says_how_it_began_and_has_both_energies() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("run.svg");
+    let draw = |args: &[&str]| {
+        says(&[args, &["--steps", "500", "--plot", path.to_str().expect("UTF-8")]].concat(), 0);
+        let svg = std::fs::read_to_string(&path).expect("the picture");
+        // One text after another, without markup.
+        let texts = svg.split('>').map(|part| part.split('<').next().unwrap_or("").trim());
+        texts.filter(|text| !text.is_empty()).map(|text| format!("{text}\n")).collect::<String>()
+    };
+    let text = draw(&["models/disk_traction.xml", "--key", "roll"]);
+    assert_has(&text, &["--key roll", "\nkinetic\n", "\npotential\n", "\nsum\n", "x of disk [m]"]);
+    assert!(!text.contains("\ny\n") && text.contains("\nz\n"), "nothing happens along y:\n{text}");
+    assert_has(&draw(&["models/top.xml", "--qvel", "0 0 100"]), &["--qvel", "0 0 100", "no phase picture"]);
+}
+
+/// No clock runs while a film is drawn, and the panel needs room.
+#[cfg(feature = "play")]
+#[test]
+fn a_picture_with_the_panel_is_large_enough_for_it() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("panel.png");
+    let args = ["render", "models/disk.xml", "--panel", "--time", "0.02", "-o", path.to_str().expect("UTF-8")];
+    says(&args, 0);
+    let file = std::io::BufReader::new(std::fs::File::open(&path).expect("the picture"));
+    let reader = png::Decoder::new(file).read_info().expect("a PNG");
+    assert_eq!((reader.info().width, reader.info().height), (1280, 720));
+}
+
 #[test]
 fn explain_says_what_is_required_and_what_the_numbers_mean() {
     let text = says(&["explain", "models/point_mass.xml"], 0);
@@ -226,6 +374,11 @@ fn compare_measures_the_difference_from_mujoco() {
     assert_has(&text, &["tolerance 1e-8: solver tolerance"]);
     let text = says(&["compare", "models/box.xml", "--integrator", "explicit-euler", "--steps", "10"], 0);
     assert_has(&text, &["integrator: MuJoCo has no explicit-euler and runs Euler"]);
+    let text = std::fs::read_to_string("models/point_mass.xml").expect("the model");
+    let path = scene("compared.xml", &text.replace("data=\"2500\"", "data=\"1e14\"")).display().to_string();
+    let text = says(&["compare", &path, "--contact", "tutorial"], 1);
+    assert_has(&text, &["tutorial: it diverged at", "--timestep", "error: the run diverged under tutorial"]);
+    assert!(!text.contains("no difference"), "{text}");
 }
 
 /// A thousand steps, or as many as take 2 ms, from where a second of simulated time has led.
@@ -234,6 +387,7 @@ fn no_step_after_the_first_allocates() {
     let mut measured = 0;
     for scene in ["models/stack.xml", "models/box.xml", "models/top.xml"] {
         let text = says(&["bench", scene], 0);
+        assert!(!text.contains("MuJoCo") && text.contains("allocations: of memory"), "{text}");
         // law, integrator, time and its unit, contacts, allocations, hash
         for cells in text.lines().map(|l| l.split_whitespace().collect::<Vec<_>>()).filter(|cells| cells.len() == 7) {
             assert_eq!(cells[5], "0", "allocations in {scene} under {cells:?}");

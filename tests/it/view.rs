@@ -368,7 +368,7 @@ fn a_camera_is_read_from_text() {
     let camera = Camera::default().parse("90,-10,3,1,2,0.5").expect("six numbers");
     assert!((camera.azimuth - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     assert_eq!((camera.distance, camera.target), (3.0, Vec3::new(1.0, 2.0, 0.5)));
-    for wrong in ["", "1", "1,2,3,4", "a,b", "nan,0"] {
+    for wrong in ["", "1", "1,2,3,4", "a,b", "nan,0", "90,20,0", "90,20,-1"] {
         assert!(Camera::default().parse(wrong).is_err(), "{wrong}");
     }
 }

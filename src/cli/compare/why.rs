@@ -52,12 +52,15 @@ pub fn reasons(model: &Model, method: &Method, start: &State, steps: usize) -> V
         return reasons;
     }
     let difference = measure(model, method, start, steps);
+    if difference.joints > ROUNDING {
+        reasons.push(match method.contact.joints {
+            true => format!("dry friction of joints: {law} stops a joint with it, MuJoCo lets it creep (its R)"),
+            false => format!("joint limits and dry friction: {law} has none"),
+        });
+    }
     if law == tutorial::LAW.name && difference.all > ROUNDING {
         reasons.push(constants(model, method));
         return reasons;
-    }
-    if difference.joints > ROUNDING {
-        reasons.push(format!("joint limits and dry friction: {law} treats them as rigid, MuJoCo softens them"));
     }
     let Some(worst) = difference.worst.filter(|_| difference.all > ROUNDING) else { return reasons };
     let friction = (1.0 - difference.bare / difference.all).max(0.0);
@@ -229,6 +232,18 @@ mod tests {
         let body = |i| at(i) + r#"<freejoint/><geom type="box" size=".1 .1 .1" mass="1"/></body>"#;
         let reasons = why("penalty", &(0..20).map(body).collect::<String>());
         assert!(reasons[0].starts_with("mass split: 100 %"), "{reasons:?}");
+    }
+
+    #[test]
+    fn a_law_without_joint_limits_is_not_said_to_have_them() {
+        let arm = |more: &str| {
+            let geom = r#"<geom type="capsule" fromto="0 0 0 .5 0 0" size=".05" contype="0" conaffinity="0"/>"#;
+            format!(r#"<body pos="0 0 5"><joint axis="0 1 0" {more}/>{geom}</body>"#)
+        };
+        let (limited, dry) = (arm(r#"range="-1 1""#), arm(r#"frictionloss="99""#));
+        assert_eq!(why("tutorial", &limited), ["joint limits and dry friction: tutorial has none"]);
+        assert!(why("penalty", &limited).is_empty(), "one limit is MuJoCo's");
+        assert!(why("penalty", &dry)[0].starts_with("dry friction of joints: penalty stops a joint"));
     }
 
     #[test]

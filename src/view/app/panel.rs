@@ -130,7 +130,10 @@ fn speed(app: &mut App, ui: &mut egui::Ui) {
         ui.add(egui::Slider::new(&mut stage.clock.speed, 0.01..=100.0).logarithmic(true).suffix(" ×"));
     });
     let pace = stage.pace;
-    ui.label(format!("step {:.2} µs · runs at {:.2} × real time", pace.step * 1e6, pace.factor));
+    // A film is drawn without a clock.
+    if pace.step > 0.0 {
+        ui.label(format!("step {:.2} µs · runs at {:.2} × real time", pace.step * 1e6, pace.factor));
+    }
 }
 
 fn notes(app: &mut App, ui: &mut egui::Ui) {

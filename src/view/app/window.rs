@@ -180,7 +180,7 @@ impl Window {
 
     fn write_run(&self, path: &Path) -> Result<(), String> {
         let text = self.app.stage.session.log().to_json();
-        std::fs::write(path, text).map_err(|e| format!("cannot write `{}`: {e}", path.display()))
+        std::fs::write(path, text).map_err(|e| format!("cannot write `{}`: {}", path.display(), crate::reason(e)))
     }
 
     /// Another scene begins: with `--record`, what was played until now goes beside the file that will hold the rest.

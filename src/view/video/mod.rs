@@ -113,5 +113,5 @@ impl Video {
 
 /// A sentence about a file that could not be written.
 fn failed(path: &Path, error: impl std::fmt::Display) -> String {
-    format!("cannot write `{}`: {error}", path.display())
+    format!("cannot write `{}`: {}", path.display(), crate::reason(error))
 }
