@@ -448,6 +448,9 @@ fn stability(chapter: &mut Chapter) -> Result<()> {
 A contact is a damped spring, and each integrator has a largest step that it bears: for semi-implicit Euler
 (h ω)² + 4 ζ h ω < 4. The map runs a ball of 1 kg on springs over five decades; theory needs no run.
 
+A contact is a spring on one side only, though. A ball comes down between two steps and meets the spring late, so that
+it is thrown up higher than it fell: its hops gain energy somewhat before the spring alone would.
+
 {table}
 ![map of stability](trade/stability.svg)
 
