@@ -1,7 +1,8 @@
 //! `penny bench`: nanoseconds per step, beside MuJoCo's if asked.
 //!
 //! Each scene runs for a second of simulated time, and the state it has reached is kept. Batches of steps start from
-//! that state again and again; the median of the batches counts. With `--against mujoco` every batch is followed by
+//! that state again and again; the median of the batches counts. `--window 0..2` measures the first two seconds instead:
+//! what a step costs depends on what touches, and two engines need not touch alike. With `--against mujoco` every batch is followed by
 //! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine.
 
 use std::path::PathBuf;
@@ -28,10 +29,29 @@ pub struct Args {
     /// Measure this too, alternately: mujoco
     #[arg(long, value_name = "ENGINE", value_parser = ["mujoco"])]
     against: Option<String>,
+    /// Measure the steps between two simulated times, in seconds [default: up to 1000 steps from 1 s on]
+    #[arg(long, value_name = "FROM..TO", value_parser = window)]
+    window: Option<Window>,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
     start: StartArgs,
+}
+
+/// From one simulated time to another, s.
+#[derive(Clone, Copy)]
+struct Window {
+    from: f64,
+    to: f64,
+}
+
+fn window(text: &str) -> Result<Window, String> {
+    let (from, to) = text.split_once("..").ok_or("must be FROM..TO, such as 0..2")?;
+    let [from, to] = [from, to].map(|x| x.parse::<f64>().ok().filter(|x| x.is_finite() && *x >= 0.0));
+    match (from, to) {
+        (Some(from), Some(to)) if from < to => Ok(Window { from, to }),
+        _ => Err("must be two times in seconds, the smaller one first, such as 0..2".to_owned()),
+    }
 }
 
 /// Simulated time to a typical state, s.
@@ -102,7 +122,7 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
             for &integrator in &integrators {
                 let method = Method { contact, integrator, ..args.method.method(&case.model)? };
                 let mut row = vec![contact.name.to_owned(), integrator.name.to_owned()];
-                row.extend(match measure(&case, &method, mujoco.as_mut(), allocations)? {
+                row.extend(match measure(&case, &method, args.window, mujoco.as_mut(), allocations)? {
                     Outcome::Measured(measured) => cells(&measured),
                     Outcome::Diverges => vec!["diverges".to_owned()],
                     Outcome::TooSlow(ns) => vec![format!("about {}", si(ns * 1e-9, "s"))],
@@ -118,8 +138,9 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     eprintln!(
-        "contacts: at the state that is measured, after {WARM_UP} s of simulated time; allocations: of memory, in all \
-         steps of a batch;\nhash: of that state, so that two machines or builds can tell whether they compute the same"
+        "contacts: after the last step measured; allocations: of memory, in all steps of a batch;\nhash: of the state \
+         where measuring begins ({} s), so that two machines or builds can tell whether they compute the same",
+        args.window.map_or(WARM_UP, |w| w.from)
     );
     Ok(())
 }
@@ -149,6 +170,7 @@ fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
 fn measure(
     case: &Case,
     method: &Method,
+    window: Option<Window>,
     mut mujoco: Option<&mut MuJoCo>,
     allocations: fn() -> usize,
 ) -> Result<Outcome, Failure> {
@@ -160,16 +182,22 @@ fn measure(
         outcome.ok().map(|()| before.elapsed())
     };
 
-    let warm_up = (WARM_UP / method.timestep).ceil() as usize;
-    let trial = TRIAL.min(warm_up);
-    let Some(pace) = advance(&mut state, trial) else { return Ok(Outcome::Diverges) };
+    let steps_to = |time: f64| (time / method.timestep).round() as usize;
+    let warm_up = steps_to(window.map_or(WARM_UP, |w| w.from));
+    let Some(pace) = advance(&mut state, TRIAL) else { return Ok(Outcome::Diverges) };
     if pace > PATIENCE {
-        return Ok(Outcome::TooSlow(pace.as_nanos() as f64 / trial as f64));
+        return Ok(Outcome::TooSlow(pace.as_nanos() as f64 / TRIAL as f64));
     }
-    let Some(pace) = advance(&mut state, warm_up - trial) else { return Ok(Outcome::Diverges) };
+    state.clone_from(&case.start);
+    let Some(pace) = advance(&mut state, warm_up) else { return Ok(Outcome::Diverges) };
     let kept = state.clone();
-    let steps = (BATCH.as_secs_f64() / (pace.as_secs_f64() / (warm_up - trial).max(1) as f64)) as usize;
-    let steps = steps.clamp(10, LARGEST_BATCH);
+    let steps = match window {
+        Some(window) => (steps_to(window.to) - warm_up).max(1),
+        None => {
+            let steps = BATCH.as_secs_f64() / (pace.as_secs_f64() / warm_up.max(1) as f64);
+            (steps as usize).clamp(10, LARGEST_BATCH)
+        }
+    };
     if let Some(mujoco) = mujoco.as_deref_mut() {
         let scene = match &case.source {
             Source::Path(path) => Scene::Path(path),

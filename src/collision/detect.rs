@@ -69,10 +69,11 @@ fn collide(
     (pair.collider)(&a, &b, mix.margin + mix.gap, hits);
     let body = pair.geom.map(|g| model.bodies[model.geoms[g].body].weld as u32);
     let geom = pair.geom.map(|g| g as u32);
+    let flat = model.geoms[pair.geom[0]].kind == GeomKind::Plane;
     let (mut last, mut axes, mut frames) = (None, Mat3::zeros(), 0);
     contacts.extend(hits.as_slice().iter().map(|hit| {
         // Points of one plane share their frame.
-        if last.is_none_or(|last| !same_frame(last, hit)) {
+        if last.is_none_or(|last| !flat && !same_frame(last, hit)) {
             axes = if mix.condim > 1 {
                 frame(&hit.normal, &hit.tangent)
             } else {

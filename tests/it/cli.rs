@@ -398,6 +398,21 @@ fn no_step_after_the_first_allocates() {
     assert_eq!(measured, 3 * methods, "some method was not measured");
 }
 
+/// From the start, the state that is measured from is the start: its hash is the same under all methods.
+#[test]
+fn bench_measures_the_times_it_is_asked_for() {
+    let text = says(&["bench", "models/point_mass.xml", "--window", "0..0.1", "--contact", "tutorial"], 0);
+    let hashes: std::collections::BTreeSet<_> = text
+        .lines()
+        .filter(|l| l.trim_start().starts_with("tutorial"))
+        .filter_map(|l| l.split_whitespace().last())
+        .collect();
+    assert_eq!(hashes.len(), 1, "{text}");
+    for wrong in ["1..0", "-1..2", "1", "0..x"] {
+        assert_has(&says(&["bench", &format!("--window={wrong}")], 2), &["--window", "0..2"]);
+    }
+}
+
 /// Trees with joints and free bodies in one island, with the diagonal of J M⁻¹ Jᵀ computed anew at every contact.
 #[test]
 fn the_mujoco_law_does_not_allocate_in_the_steps_of_an_island_of_many_trees() {
