@@ -188,7 +188,7 @@ fn measure(
     if pace > PATIENCE {
         return Ok(Outcome::TooSlow(pace.as_nanos() as f64 / TRIAL as f64));
     }
-    state.clone_from(&case.start);
+    state.copy_from(&case.start);
     let Some(pace) = advance(&mut state, warm_up) else { return Ok(Outcome::Diverges) };
     let kept = state.clone();
     let steps = match window {
@@ -217,7 +217,7 @@ fn measure(
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     let began = Instant::now();
     while ours.len() < LEAST_BATCHES || began.elapsed() < BUDGET {
-        state.clone_from(&kept);
+        state.copy_from(&kept);
         let Some(time) = advance(&mut state, steps) else { return Ok(Outcome::Diverges) };
         ours.push(time.as_nanos() as f64 / steps as f64);
         if let Some(mujoco) = mujoco.as_deref_mut() {

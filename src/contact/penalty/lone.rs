@@ -92,12 +92,12 @@ impl Task<'_> {
         touches: &[usize],
         solver: &mut Complementarity,
     ) -> (Vec6, usize) {
-        // A processor works at what comes after the factorization while it waits for its divisions.
+        // Divisions and roots take long: what need not wait for them comes right after them.
         let body = Body::new::<DIM>(self.model, self.mover, &contacts[0]);
         let mut points = Points::<L, DIM>::new(self, contacts, touches, &body);
         let factor = points.factor(&body);
         let (smooth, velocity) = (body.motion(&self.mover.acc), body.motion(&self.mover.vel));
-        points.drive(self.recipe, &body, &velocity);
+        points.drive(self.recipe, &velocity);
         let drift = velocity.times(1.0 / self.method.timestep);
         let mut acc = smooth;
         // The last step's friction acts from the start.
@@ -111,6 +111,9 @@ impl Task<'_> {
                 points.push_normals(&body, -1.0, &mut acc);
             }
             solves += points.solve_normals(&body, &factor, &acc, solver);
+            if round == 0 && DIM > 1 {
+                points.stiffen(&body);
+            }
             points.push_normals(&body, 1.0, &mut acc);
             if round == 0 && DIM > 1 && !implicit && points.any_starts() {
                 rounds *= COLD_ROUNDS;
@@ -265,22 +268,25 @@ impl<const L: usize, const DIM: usize> Points<L, DIM> {
         if self.n == L { AllPush::new(|i, j| self.element(body, i, j)) } else { None }
     }
 
-    /// What drives the contacts: a_ref of the normals, 1/λ of the sliding rows.
+    /// Finds a_ref of the normals.
     #[inline(always)]
-    fn drive(&mut self, recipe: &Recipe, body: &Body, velocity: &Motion) {
-        let ([[nn, ns, nt], [_, ss, st], [_, _, tt]], m) = (body.w, body.inverse_mass);
+    fn drive(&mut self, recipe: &Recipe, velocity: &Motion) {
         for i in 0..L {
             let [approach, ..] = velocity.at(lane(&self.arm, i));
             self.reference[i] = recipe.reference(self.impedance[i], self.dist[i], approach);
         }
+    }
+
+    /// Finds 1/λ of the sliding rows.
+    #[inline(always)]
+    fn stiffen(&mut self, body: &Body) {
+        let ([[nn, ns, nt], [_, ss, st], [_, _, tt]], m) = (body.w, body.inverse_mass);
         for i in 0..L {
-            if DIM > 1 {
-                let [x, y, z] = lane(&self.arm, i);
-                let own_s = m + z * (z * nn - 2.0 * x * nt) + x * x * tt;
-                let own_t = m + y * (y * nn - 2.0 * x * ns) + x * x * ss;
-                let off = z * (x * ns - y * nn) + x * (y * nt - x * st);
-                self.stiff[i] = 1.0 / largest_eigenvalue(own_s, own_t, off);
-            }
+            let [x, y, z] = lane(&self.arm, i);
+            let own_s = m + z * (z * nn - 2.0 * x * nt) + x * x * tt;
+            let own_t = m + y * (y * nn - 2.0 * x * ns) + x * x * ss;
+            let off = z * (x * ns - y * nn) + x * (y * nt - x * st);
+            self.stiff[i] = 1.0 / largest_eigenvalue(own_s, own_t, off);
         }
     }
 
