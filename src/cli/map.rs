@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::Failure;
+use super::files::cannot_write;
 use super::format::{short, si, table};
 use super::scene;
 use crate::contact::Law;
@@ -140,8 +141,7 @@ struct Sheet<'a> {
 
 impl<'a> Sheet<'a> {
     fn new(request: &'a Request<'a>, quantities: [&'static Quantity; 2]) -> Result<Sheet<'a>, Failure> {
-        std::fs::create_dir_all(request.directory)
-            .map_err(|e| Failure::Problem(format!("error: {} cannot be written: {e}", request.directory.display())))?;
+        std::fs::create_dir_all(request.directory).map_err(|e| cannot_write(request.directory, &e))?;
         let stem = format!("map-{}-{}", quantities[0].name, quantities[1].name);
         let rows = vec![heading()];
         Ok(Sheet {

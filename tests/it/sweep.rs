@@ -324,7 +324,7 @@ fn requests_that_cannot_be_are_refused_in_one_sentence() {
         (vec!["--map", "timestep,stiffness", "--cells", "10000000000"], 2, "from 1 to 1000"),
         (vec!["--map", "timestep,friction"], 1, "nothing in the scene can touch"),
         (vec!["--map", "timestep,speed"], 1, "starts at rest"),
-        (vec!["--out", "/dev/null/folder"], 1, "cannot be written"),
+        (vec!["--out", "/dev/null/folder"], 1, "cannot write"),
     ] {
         let out = folder.join("out");
         let fixed = ["sweep", &scene];

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::cli::Failure;
+use crate::cli::files::cannot_write;
 use crate::sweep::grid::{Row, Target};
 use crate::sweep::reference::Reference;
 
@@ -71,9 +72,9 @@ fn set_aside(directory: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// "… cannot be written: why".
+/// Says of a path that it cannot be written, and why.
 pub fn cannot(path: &Path) -> impl Fn(std::io::Error) -> Failure {
-    move |e| Failure::Problem(format!("error: {} cannot be written: {e}", path.display()))
+    move |e| cannot_write(path, &e)
 }
 
 /// What a sweep writes while it runs.
