@@ -1,8 +1,6 @@
 //! All that is needed to resume a simulation bit for bit.
 
-use crate::contact::Start;
 use crate::data::Data;
-use crate::forward::Method;
 use crate::math::Vec6;
 use crate::model::Model;
 
@@ -34,6 +32,14 @@ pub struct Warm {
     pub force: [f64; 6],
 }
 
+/// What a step leaves for the contact law of the next one; see [`State::remember`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    Nothing,
+    Acceleration,
+    Forces,
+}
+
 impl State {
     /// The scene at rest in `qpos0`.
     pub fn new(model: &Model) -> State {
@@ -61,9 +67,11 @@ impl State {
     }
 
     /// Keeps what the next step's contact law starts from, and nothing else.
-    pub fn remember(&mut self, method: &Method, data: &Data) {
+    ///
+    /// Reads: qacc, contacts.
+    pub fn remember(&mut self, start: Start, data: &Data) {
         self.warm.clear();
-        match method.contact.start {
+        match start {
             Start::Nothing => {}
             Start::Acceleration => self.qacc_warmstart.copy_from_slice(&data.qacc),
             Start::Forces => {

@@ -1,5 +1,7 @@
 //! Numbers for people: three or four digits, an SI prefix, aligned columns.
 
+use std::path::Path;
+
 /// A quantity with its unit and the prefix that suits it: 9.91e-6 m is "9.91 µm".
 pub fn si(x: f64, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 8] =
@@ -69,4 +71,9 @@ mod tests {
         assert_eq!(short(123_456.0), "123456");
         assert_eq!(short(0.05), "0.05");
     }
+}
+
+/// Without the folders, for titles.
+pub fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }

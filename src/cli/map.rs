@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::Failure;
 use super::files::cannot_write;
-use super::format::{short, si, table};
+use super::format::{file_name, short, si, table};
 use super::scene;
 use crate::contact::Law;
 use crate::forward::Method;
@@ -161,7 +161,7 @@ impl<'a> Sheet<'a> {
         let laws: Vec<_> = laws.iter().map(|law| law.name).collect();
         let time = format!("{}, or {} steps where that is longer", si(case.seconds, "s"), stability::FEWEST);
         let mut figure = Figure::new(
-            format!("Where {} stays stable", super::sweep::file_name(path)),
+            format!("Where {} stays stable", file_name(path)),
             format!(
                 "{}{} law; each run takes {time}.\n{}; dots: limit as measured.\n\
                  Rattling: {}.\nEnergy-gaining: {}.\nDiverging: {}.",

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -11,7 +11,7 @@ mod files;
 
 use self::files::{Earlier, Files, PICTURES, cannot};
 use super::Failure;
-use super::format::{short, si, table};
+use super::format::{file_name, short, si, table};
 use super::map;
 use super::mujoco::{MuJoCo, Scene};
 use super::scene::{self, StartArgs};
@@ -260,11 +260,6 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
 fn list(known: &[Vec<String>]) -> String {
     let width = known.iter().map(|line| line[0].len()).max().unwrap_or(0);
     known.iter().map(|line| format!("  {:width$}  {}\n", line[0], line[1])).collect()
-}
-
-/// Without the folders, for titles.
-pub fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 fn truth_name(truth: Truth) -> &'static str {

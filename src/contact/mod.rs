@@ -13,7 +13,7 @@ use crate::data::{Contact, Data};
 use crate::forward::Method;
 use crate::math::Vec3;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Start, State};
 
 /// A contact law.
 pub struct Law {
@@ -28,14 +28,6 @@ pub struct Law {
     /// Reads `data.contacts`, `data.movers`, `data.qacc_smooth`; writes `data.qacc`, `data.qfrc_constraint` and
     /// the forces in `data.contacts`.
     pub solve: fn(&Model, &Method, &State, &mut Data),
-}
-
-/// What a step leaves for the contact law of the next one; see [`State::remember`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Start {
-    Nothing,
-    Acceleration,
-    Forces,
 }
 
 /// The default comes first.

@@ -31,12 +31,12 @@
 use super::impedance;
 use super::penalty::eigenvalues;
 use super::rows::NONE;
-use super::{Law, Start, surface_points};
+use super::{Law, surface_points};
 use crate::data::Data;
 use crate::dynamics;
 use crate::forward::Method;
 use crate::model::{Mix, Model};
-use crate::state::State;
+use crate::state::{Start, State};
 
 pub static LAW: Law = Law {
     name: "tutorial",

@@ -19,7 +19,7 @@ pub const METHOD: Integrator = Integrator {
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
     forward(model, method, state, data);
-    state.remember(method, data);
+    state.remember(method.contact.start, data);
     displace(model, &mut state.qpos, &state.qvel, h);
     add_scaled(&mut state.qvel, h, &data.qacc);
     state.time += h;

@@ -108,7 +108,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
         trial.qpos.copy_from_slice(&state.qpos);
         displace(model, &mut trial.qpos, &newton.v, h);
     }
-    state.remember(method, data);
+    state.remember(method.contact.start, data);
     state.qvel.copy_from_slice(&newton.v);
     state.qpos.copy_from_slice(&trial.qpos);
     state.time += h;

@@ -33,7 +33,7 @@ pub fn supports(model: &Model, keyword: &str) -> bool {
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
     forward(model, method, state, data);
-    state.remember(method, data);
+    state.remember(method.contact.start, data);
     data.stages.acc.copy_from_slice(&data.qacc);
     for (t, tree) in model.trees.iter().enumerate() {
         match &tree.free {

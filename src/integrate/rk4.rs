@@ -1,10 +1,9 @@
 use super::{Integrator, add_scaled, displace};
-use crate::contact::Start;
 use crate::data::Data;
 use crate::forward::{Method, forward};
 use crate::math::{Vec3, vec3};
 use crate::model::{JointKind, Model};
-use crate::state::State;
+use crate::state::{Start, State};
 
 pub const METHOD: Integrator = Integrator {
     name: "rk4",
@@ -33,7 +32,7 @@ const WEIGHT: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let (h, time) = (method.timestep, state.time);
     forward(model, method, state, data);
-    state.remember(method, data);
+    state.remember(method.contact.start, data);
     let Data { stages: s, qacc, .. } = data;
     s.qpos.copy_from_slice(&state.qpos);
     s.qvel.copy_from_slice(&state.qvel);

@@ -23,7 +23,7 @@ pub const METHOD: Integrator = Integrator {
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
     forward(model, method, state, data);
-    state.remember(method, data);
+    state.remember(method.contact.start, data);
     if data.plan.eulerdamp {
         damped_acceleration(model, h, data);
         add_scaled(&mut state.qvel, h, &data.stages.acc);

@@ -1,6 +1,6 @@
 //! Motion without contact: against MuJoCo stage by stage, against itself in other words, and against exactness.
 
-use penny::contact::{Law, Start};
+use penny::contact::Law;
 use penny::data::Data;
 use penny::dynamics::energy::{energy, momentum};
 use penny::dynamics::{jacobian, kinematics, smooth, solve_m, xipos};
@@ -8,7 +8,7 @@ use penny::forward::{Method, forward, step};
 use penny::integrate::{self, Integrator, displace};
 use penny::math::{Mat3, Vec3, Vec6, mat};
 use penny::model::Model;
-use penny::state::State;
+use penny::state::{Start, State};
 use serde_json::Value;
 
 /// Scenes here touch nothing: this law must never be asked.

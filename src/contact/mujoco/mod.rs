@@ -20,13 +20,13 @@ pub mod solver;
 use std::mem;
 
 use crate::contact::forest::Forest;
-use crate::contact::{Law, Start, impedance};
+use crate::contact::{Law, impedance};
 use crate::data::{Contact, Data, Mover};
 use crate::dynamics;
 use crate::forward::Method;
 use crate::math::{Vec3, Vec6, vec3};
 use crate::model::{FreeBody, Model, Tree};
-use crate::state::State;
+use crate::state::{Start, State};
 use island::Island;
 use lone::{Dense, Diagonal, Lone, SIX};
 use rows::{DofRow, Recipe};

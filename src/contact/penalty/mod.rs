@@ -39,13 +39,13 @@ mod lone;
 
 use self::drive::Recipes;
 pub use self::drive::eigenvalues;
+use super::Law;
 use super::complementarity::Complementarity;
-use super::{Law, Start};
 use crate::data::{Contact, Data, Meeting};
 use crate::dynamics::free;
 use crate::forward::Method;
 use crate::model::Model;
-use crate::state::{State, Warm};
+use crate::state::{Start, State, Warm};
 
 pub static LAW: Law = Law {
     name: "penalty",
