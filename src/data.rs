@@ -1,7 +1,7 @@
 //! What follows from `(Model, State)`: scratch of a step and results to look at afterwards.
 //!
-//! Nothing here has to be saved. All buffers reach their final size in the first step, so later steps do not
-//! allocate. Per-body arrays are indexed like `model.bodies`.
+//! Nothing here has to be saved. Buffers grow in the first step, and then only where more touches at once than ever
+//! before: no other step allocates. Per-body arrays are indexed like `model.bodies`.
 
 use crate::collision::detect::{self, Scratch};
 use crate::contact::mujoco::solver::Outcome;

@@ -419,3 +419,18 @@ fn free_row(contact: &Contact, mover: &Mover, sign: f64, arm: &Vec3, k: usize) -
     let j = [lin.x, lin.y, lin.z, ang.x, ang.y, ang.z];
     Row { j, m: std::array::from_fn(|i| j[i] * mover.minv[i]) }
 }
+
+/// Largest eigenvalue of A on the sliding, spinning and rolling rows, as far as there are any.
+///
+/// In: `a(k, l)` the element of A between rows k and l.
+#[inline(always)]
+pub fn eigenvalues(dim: usize, a: impl Fn(usize, usize) -> f64) -> [f64; 3] {
+    let pair = |k: usize| largest_eigenvalue(a(k, k), a(k + 1, k + 1), a(k, k + 1));
+    [if dim >= 3 { pair(1) } else { 0.0 }, if dim >= 4 { a(3, 3) } else { 0.0 }, if dim >= 6 { pair(4) } else { 0.0 }]
+}
+
+/// Largest eigenvalue of the symmetric matrix with diagonal `a`, `b` and off-diagonal `off`.
+#[inline(always)]
+pub fn largest_eigenvalue(a: f64, b: f64, off: f64) -> f64 {
+    0.5 * (a + b) + (0.25 * (a - b) * (a - b) + off * off).sqrt()
+}

@@ -29,8 +29,7 @@
 //! act without contact too; like the course's other algorithms, Penny applies it in contact only.
 
 use super::impedance;
-use super::penalty::eigenvalues;
-use super::rows::NONE;
+use super::rows::{NONE, eigenvalues};
 use super::{Law, surface_points};
 use crate::data::Data;
 use crate::dynamics;

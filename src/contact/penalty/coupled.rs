@@ -13,12 +13,12 @@
 
 use std::ops::Range;
 
-use super::drive::{Recipes, eigenvalues, friction, inverse_mass, piece};
+use super::drive::{Recipes, friction, inverse_mass, piece};
 use super::{Block, Blocks};
 use crate::contact::complementarity::{Complementarity, Matrix, Spoke, Star};
 use crate::contact::forest::Forest;
 use crate::contact::mujoco::rows::{DofRow, dry_friction, limits};
-use crate::contact::rows::{NONE, Rows};
+use crate::contact::rows::{NONE, Rows, eigenvalues};
 use crate::contact::surface_points;
 use crate::data::Data;
 use crate::forward::Method;

@@ -138,18 +138,3 @@ fn onto<const N: usize>(force: [f64; N], normal: f64, share2: f64) -> [f64; N] {
 pub fn piece<const N: usize>(x: &[f64], first: usize) -> [f64; N] {
     std::array::from_fn(|k| x[first + k])
 }
-
-/// Largest eigenvalue of A on the sliding, spinning and rolling rows, as far as there are any.
-///
-/// In: `a(k, l)` the element of A between rows k and l.
-#[inline(always)]
-pub fn eigenvalues(dim: usize, a: impl Fn(usize, usize) -> f64) -> [f64; 3] {
-    let pair = |k: usize| largest_eigenvalue(a(k, k), a(k + 1, k + 1), a(k, k + 1));
-    [if dim >= 3 { pair(1) } else { 0.0 }, if dim >= 4 { a(3, 3) } else { 0.0 }, if dim >= 6 { pair(4) } else { 0.0 }]
-}
-
-/// Largest eigenvalue of the symmetric matrix with diagonal `a`, `b` and off-diagonal `off`.
-#[inline(always)]
-pub fn largest_eigenvalue(a: f64, b: f64, off: f64) -> f64 {
-    0.5 * (a + b) + (0.25 * (a - b) * (a - b) + off * off).sqrt()
-}

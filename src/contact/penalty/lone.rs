@@ -23,9 +23,10 @@
 //! The contacts' numbers lie side by side in arrays of L lanes, so that the loops over them have a fixed length and
 //! fill vector registers. Lanes beyond the last contact stay empty.
 
-use super::drive::{Recipe, friction, inverse_mass, largest_eigenvalue};
+use super::drive::{Recipe, friction, inverse_mass};
 use crate::collision::frame;
 use crate::contact::complementarity::{AllPush, Complementarity, Matrix};
+use crate::contact::rows::largest_eigenvalue;
 use crate::data::{Contact, Mover};
 use crate::forward::Method;
 use crate::math::{Mat3, Vec3, Vec6};

@@ -38,7 +38,6 @@ mod drive;
 mod lone;
 
 use self::drive::Recipes;
-pub use self::drive::eigenvalues;
 use super::Law;
 use super::complementarity::Complementarity;
 use crate::data::{Contact, Data, Meeting};
