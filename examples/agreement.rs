@@ -51,7 +51,7 @@ fn off(rollout: &Rollout, law: &'static contact::Law) -> Result<[f64; 2], Box<dy
     // As MuJoCo was run: to rounding.
     (model.opt.tolerance, model.opt.iterations) = (0.0, 100);
     let integrator = integrate::by_name(&model.opt.integrator).ok_or("no such integrator")?;
-    let method = Method { contact: law, integrator, timestep: model.opt.timestep, rounds: 1 };
+    let method = Method { contact: law, integrator, timestep: model.opt.timestep, rounds: penny::forward::ROUNDS };
     let (mut state, mut data) = (State::new(&model), Data::new(&model));
     if !rollout.start.is_empty() {
         state.qvel.copy_from_slice(&rollout.start);

@@ -27,7 +27,7 @@ fn main() {
         for timestep in [0.01, 0.002] {
             let drift = |xml, qvel| {
                 let model = penny::parse("scene.xml", xml).expect("these scenes are fine").model;
-                let method = Method { contact: any_law, integrator, timestep, rounds: 1 };
+                let method = Method { contact: any_law, integrator, timestep, rounds: penny::forward::ROUNDS };
                 match drift(&model, &method, qvel) {
                     Some(drift) => format!("{drift:+.1e}"),
                     None => "diverged".to_owned(),

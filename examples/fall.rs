@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         contact: contact::by_name("penalty").ok_or("no such law")?,
         integrator: integrate::by_name("semi-implicit-euler").ok_or("no such integrator")?,
         timestep: model.opt.timestep,
-        rounds: 1,
+        rounds: penny::forward::ROUNDS,
     };
     let mut state = State::new(&model);
     let mut data = Data::new(&model);

@@ -1,16 +1,17 @@
 //! What follows from `(Model, State)`: scratch of a step and results to look at afterwards.
 //!
-//! Nothing here has to be saved. Buffers grow in the first step, and then only where more touches at once than ever
-//! before: no other step allocates. Per-body arrays are indexed like `model.bodies`.
+//! Nothing here has to be saved. There is room for all contacts that a scene can have from the start, so that no step
+//! allocates after the first. Per-body arrays are indexed like `model.bodies`.
+
+use std::any::Any;
 
 use crate::collision::detect::{self, Scratch};
-use crate::contact::mujoco::solver::Outcome;
-use crate::contact::rows::Rows;
-use crate::contact::{mujoco, penalty};
+use crate::contact;
+use crate::contact::impedance::Reference;
+use crate::contact::newton::Outcome;
 use crate::dynamics;
 use crate::dynamics::plan::Plan;
 use crate::dynamics::spatial::Inertia;
-use crate::integrate::implicit_euler::Newton;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
 use crate::model::Model;
 
@@ -66,9 +67,9 @@ pub struct Data {
 
     // Contacts.
     pub contacts: Vec<Contact>,
-    /// Runs of contacts between the same two bodies; all contacts, in order.
-    pub meetings: Vec<Meeting>,
     pub detect: Scratch,
+    /// Joint limits that are near, and dry friction: dry friction first.
+    pub joint_rows: Vec<JointRow>,
 
     // Result.
     /// Acceleration (nv).
@@ -76,14 +77,44 @@ pub struct Data {
     /// Generalized force of contacts, limits and dry friction (nv).
     pub qfrc_constraint: Vec<f64>,
     pub counts: Counts,
-    /// Of the `mujoco` law's last solve: the island that took most.
+    /// Of the last solve for contact forces: most linear systems of an island, largest residual that was left.
     pub solver: Outcome,
+    /// Steps so far whose equation an implicit integrator could not solve.
+    pub unsolved: usize,
 
-    // Scratch of the contact laws and of `implicit-euler`.
-    pub rows: Rows,
-    pub penalty: penalty::Scratch,
-    pub mujoco: Option<Box<mujoco::Scratch>>,
-    pub newton: Newton,
+    /// What the contact laws share, and what integrators keep.
+    pub constraints: Option<Box<contact::Scratch>>,
+    pub scratch: Scratchpad,
+}
+
+/// Buffers that a law or an integrator keeps from step to step, one of each type: nothing that matters.
+///
+/// A clone begins empty.
+#[derive(Default)]
+pub struct Scratchpad(Vec<Box<dyn Any + Send + Sync>>);
+
+impl Scratchpad {
+    /// The entry of type T, made when it is first asked for.
+    pub fn get<T: Any + Default + Send + Sync>(&mut self) -> &mut T {
+        let at = self.0.iter().position(|entry| entry.is::<T>()).unwrap_or_else(|| {
+            self.0.push(Box::<T>::default());
+            self.0.len() - 1
+        });
+        // It is that type: found or made so.
+        self.0[at].downcast_mut().unwrap_or_else(|| unreachable!())
+    }
+}
+
+impl Clone for Scratchpad {
+    fn clone(&self) -> Scratchpad {
+        Scratchpad::default()
+    }
+}
+
+impl std::fmt::Debug for Scratchpad {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Scratchpad({})", self.0.len())
+    }
 }
 
 /// A body as the contact laws see it: a twist at the centre of mass of the rigid body it belongs to.
@@ -136,22 +167,35 @@ pub struct Contact {
     pub force: [f64; 6],
 }
 
-/// Contacts between the same two bodies that follow one another in the list.
+/// A row of J on the dofs of one joint: a limit that is near, or dry friction of one dof.
 #[derive(Clone, Copy, Debug)]
-pub struct Meeting {
-    /// As in [`Contact`].
-    pub body: [u32; 2],
-    /// Indices into `data.contacts`: the first, and one beyond the last.
-    pub start: u32,
-    pub end: u32,
-    /// Whether all of them share one mix and one frame, as those with a plane do.
-    pub alike: bool,
+pub struct JointRow {
+    pub kind: JointRowKind,
+    pub joint: usize,
+    /// First dof, index into qvel, and how many there are: three for a ball joint.
+    pub dof: usize,
+    pub n: usize,
+    /// J: −axis of a ball joint, ±1 of a limit, 1 of dry friction.
+    pub entries: [f64; 3],
+    /// r: distance from the limit less the margin, m or rad; negative beyond.
+    pub violation: f64,
+    /// d(r)
+    pub impedance: f64,
+    pub reference: Reference,
+    /// MuJoCo's estimate of J M⁻¹ Jᵀ: `invweight0`, 1/kg or 1/(kg m²).
+    pub inverse: f64,
+    /// Largest dry friction, N or N m.
+    pub loss: f64,
+    /// N or N m, positive away from the limit. Zero until the contact law has run.
+    pub force: f64,
 }
 
-impl Meeting {
-    pub fn contacts(&self) -> std::ops::Range<usize> {
-        self.start as usize..self.end as usize
-    }
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointRowKind {
+    DryFriction,
+    LowerLimit,
+    /// The only one of a ball joint.
+    UpperLimit,
 }
 
 /// What a step did: proof that it did no more than the scene requires.
@@ -209,8 +253,11 @@ impl Data {
             }
         }
         let zeros = vec![0.0; model.nv];
+        let plan = Plan::new(model);
+        // A limited joint may be near both its ends.
+        let (contacts, joints) = (detect::room(model), plan.dry.len() + 2 * plan.limited.len());
         let mut data = Data {
-            plan: Plan::new(model),
+            plan,
             xpos: vec![Vec3::zeros(); n],
             xquat: vec![Quat::identity(); n],
             xmat: vec![Mat3::identity(); n],
@@ -235,17 +282,16 @@ impl Data {
             cinert: vec![Inertia::default(); n],
             crb: vec![Inertia::default(); n],
             stages: Stages::new(model.nq, model.nv, size),
-            contacts: Vec::with_capacity(detect::room(model)),
-            meetings: Vec::with_capacity(detect::room(model)),
+            contacts: Vec::with_capacity(contacts),
             detect: Scratch::default(),
+            joint_rows: Vec::with_capacity(joints),
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             counts: Counts::default(),
             solver: Outcome::default(),
-            mujoco: None,
-            rows: Rows::default(),
-            penalty: penalty::Scratch::default(),
-            newton: Newton::default(),
+            unsolved: 0,
+            constraints: Some(Box::new(contact::Scratch::new(model, contacts, joints))),
+            scratch: Scratchpad::default(),
         };
         dynamics::prepare(model, &mut data);
         data

@@ -1,7 +1,7 @@
 //! One step on one page.
 
 use crate::collision;
-use crate::contact::Law;
+use crate::contact::{self, Law};
 use crate::data::{Contact, Counts, Data};
 use crate::dynamics;
 use crate::integrate::Integrator;
@@ -15,9 +15,12 @@ pub struct Method {
     pub integrator: &'static Integrator,
     /// s
     pub timestep: f64,
-    /// Rounds of (normals, friction) in the `penalty` law; more approach exact Coulomb friction.
+    /// Newton steps that the `penalty` law takes at most, in each island; see [`ROUNDS`].
     pub rounds: usize,
 }
+
+/// What [`Method::rounds`] is without a wish: far more than a scene needs.
+pub const ROUNDS: usize = 100;
 
 /// A run that left the numbers a simulation can mean anything in.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,11 +52,7 @@ pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
     dynamics::kinematics(model, &state.qpos, data);
     collision::detect(model, data);
     dynamics::smooth(model, method, state, data);
-    if data.contacts.is_empty() && !data.plan.joint_rows() {
-        data.qfrc_constraint.fill(0.0);
-    } else {
-        (method.contact.solve)(model, method, state, data);
-    }
+    contact::constrain(model, method, state, data);
 }
 
 /// MuJoCo's bound on positions, velocities and accelerations.

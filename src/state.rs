@@ -1,6 +1,6 @@
 //! All that is needed to resume a simulation bit for bit.
 
-use crate::data::Data;
+use crate::data::{Contact, Data, JointRow, JointRowKind};
 use crate::math::Vec6;
 use crate::model::Model;
 
@@ -18,18 +18,25 @@ pub struct State {
     pub xfrc_applied: Vec<Vec6>,
     /// Acceleration of the last step (nv): where the `mujoco` law's solver starts. Other laws leave it alone.
     pub qacc_warmstart: Vec<f64>,
-    /// Contact forces of the last step: where the `penalty` law starts.
+    /// Forces of contacts and joints of the last step: where the `penalty` law starts.
     pub warm: Vec<Warm>,
 }
 
-/// The force of one contact, remembered by what touches, not by its place in the list.
+/// The force of one contact, joint limit or dry friction, remembered by what it is, not by its place in the list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warm {
-    pub geom: [u32; 2],
-    /// Which corner, end or edge point touches.
-    pub feature: u32,
-    /// Normal, two tangential (N); torsional, two rolling (N m); in the contact's frame.
+    pub key: Key,
+    /// Normal, two tangential (N); torsional, two rolling (N m); in the contact's frame. Of a joint the first, N or N m.
     pub force: [f64; 6],
+}
+
+/// What a force is remembered by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Key {
+    /// Two geoms, and which corner, end or edge point of theirs touches.
+    Contact([u32; 2], u32),
+    /// Index of the dof, and which of its rows.
+    Joint(usize, JointRowKind),
 }
 
 /// What a step leaves for the contact law of the next one; see [`State::remember`].
@@ -75,13 +82,41 @@ impl State {
             Start::Nothing => {}
             Start::Acceleration => self.qacc_warmstart.copy_from_slice(&data.qacc),
             Start::Forces => {
-                self.warm.reserve(data.contacts.capacity());
-                self.warm.extend(data.contacts.iter().map(|c| Warm {
-                    geom: c.geom,
-                    feature: c.feature,
-                    force: c.force,
-                }));
+                self.warm.reserve(data.contacts.capacity() + data.joint_rows.capacity());
+                self.warm.extend(data.contacts.iter().map(|c| Warm { key: contact_key(c), force: c.force }));
+                let joint = |row: &JointRow| Warm { key: joint_key(row), force: [row.force, 0.0, 0.0, 0.0, 0.0, 0.0] };
+                self.warm.extend(data.joint_rows.iter().map(joint));
             }
         }
     }
+
+    /// Gives contacts and joint rows the forces that the last step remembered for them; new ones start from nothing.
+    ///
+    /// All lists have MuJoCo's order, so one walk along them finds all.
+    pub fn recall(&self, data: &mut Data) {
+        let mut rest = &self.warm[..];
+        let mut force = |key: Key| {
+            let same = |w: &Warm| w.key == key;
+            // Mostly the next one is it.
+            let at = if rest.first().is_some_and(same) { Some(0) } else { rest.iter().position(same) };
+            let Some(at) = at else { return [0.0; 6] };
+            let force = rest[at].force;
+            rest = &rest[at + 1..];
+            force
+        };
+        for contact in &mut data.contacts {
+            contact.force = force(contact_key(contact));
+        }
+        for row in &mut data.joint_rows {
+            [row.force, ..] = force(joint_key(row));
+        }
+    }
+}
+
+fn contact_key(contact: &Contact) -> Key {
+    Key::Contact(contact.geom, contact.feature)
+}
+
+fn joint_key(row: &JointRow) -> Key {
+    Key::Joint(row.dof, row.kind)
 }

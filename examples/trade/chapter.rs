@@ -54,7 +54,13 @@ impl Run {
     fn new(xml: &str, contact: &'static Law, integrator: &'static Integrator, timestep: f64) -> Result<Run> {
         let model = penny::parse("trade.xml", xml).map_err(|e| e.to_string())?.model;
         let (state, data) = (State::new(&model), Data::new(&model));
-        Ok(Run { method: Method { contact, integrator, timestep, rounds: 1 }, model, state, data, evaluations: 0 })
+        Ok(Run {
+            method: Method { contact, integrator, timestep, rounds: penny::forward::ROUNDS },
+            model,
+            state,
+            data,
+            evaluations: 0,
+        })
     }
 
     /// Steps for a time and looks after every step.
@@ -309,7 +315,7 @@ fn limits(integrator: &'static Integrator) -> Result<(f64, f64)> {
     start.qpos[0] = 1.0;
     let case = Case { model, start, seconds: 10.0 };
     let grows = |timestep: f64| {
-        let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: 1 };
+        let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: penny::forward::ROUNDS };
         map::unstable(map::classify(&Setting { case: case.clone(), method }))
     };
     let range = [1e-2 / spring.omega, 10.0 / spring.omega];
@@ -339,7 +345,7 @@ fn precision(chapter: &mut Chapter) -> Result<()> {
         for (i, &integrator) in integrate::ALL.iter().enumerate() {
             let mut points = Vec::new();
             for timestep in grid::timesteps(&case, steps[0], steps[1], 8) {
-                let method = Method { contact: law, integrator, timestep, rounds: 1 };
+                let method = Method { contact: law, integrator, timestep, rounds: penny::forward::ROUNDS };
                 let run = trajectory::run(&case, &method);
                 let Some(error) = distance(&case.model, &run.samples, &truth.samples) else { continue };
                 points.push([evaluations(&case, &method)?, error.max(1e-16)]);
@@ -415,7 +421,12 @@ fn stability(chapter: &mut Chapter) -> Result<()> {
     let mut panels = Vec::new();
     let mut table = heading(&["integrator", "limit of h at k = 10⁴ N/m, theory [ms]", "measured [ms]"]);
     for name in ["semi-implicit-euler", "rk4"] {
-        let method = Method { contact: law("penalty")?, integrator: integrator(name)?, timestep: 1e-3, rounds: 1 };
+        let method = Method {
+            contact: law("penalty")?,
+            integrator: integrator(name)?,
+            timestep: 1e-3,
+            rounds: penny::forward::ROUNDS,
+        };
         let setting = Setting { case: case.clone(), method };
         let found = map::map(&setting, axes, &centres(&x), &centres(&y), || {});
         let limit = |k: f64, stable: &dyn Fn(&Setting) -> bool| {

@@ -179,7 +179,7 @@ pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch]) -> Op
 
 /// Said after a run in which `implicit-euler` could not solve every step's equation; empty otherwise.
 pub fn unsolved(data: &Data, steps: usize) -> String {
-    match data.newton.unsolved {
+    match data.unsolved {
         0 => String::new(),
         n => format!(
             "  in {n} of {steps} steps no end of the step fitted its forces: those of the nearest guess acted\n"

@@ -13,7 +13,7 @@ use super::files;
 use super::format::{short, si};
 use crate::Scene;
 use crate::contact::{self, Law};
-use crate::forward::Method;
+use crate::forward::{Method, ROUNDS};
 use crate::integrate::{self, Integrator};
 use crate::mjcf;
 use crate::model::{Joint, JointKind, Keyframe, Model};
@@ -37,9 +37,9 @@ pub struct MethodArgs {
     /// Timestep in seconds [default: the scene's]
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     timestep: Option<f64>,
-    /// How often the penalty law finds first the pressing forces and then the friction that they allow, in each step:
-    /// more rounds are more accurate where many contacts share a load, and slower
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = at_least_one, allow_negative_numbers = true)]
+    /// Newton steps that the penalty law takes at most to find the forces of a timestep: fewer are quicker where the forces
+    /// change fast, and leave a residual, which the run reports
+    #[arg(long, value_name = "N", default_value_t = ROUNDS, value_parser = at_least_one, allow_negative_numbers = true)]
     rounds: usize,
 }
 
@@ -76,7 +76,7 @@ pub struct Numbers(Vec<f64>);
 impl MethodArgs {
     /// Whether the command line asks for any method of its own.
     pub fn given(&self) -> bool {
-        self.contact.is_some() || self.integrator.is_some() || self.timestep.is_some() || self.rounds != 1
+        self.contact.is_some() || self.integrator.is_some() || self.timestep.is_some() || self.rounds != ROUNDS
     }
 
     /// How to compute the scene: what was asked for, else what the scene says, else the defaults.

@@ -51,8 +51,8 @@ pub struct Args {
     /// What errors are measured against
     #[arg(long, value_enum, default_value_t = Truth::Converged)]
     truth: Truth,
-    /// Rounds of normals and friction in the penalty law
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = scene::at_least_one)]
+    /// Newton steps of the penalty law at most, in each timestep
+    #[arg(long, value_name = "N", default_value_t = crate::forward::ROUNDS, value_parser = scene::at_least_one)]
     rounds: usize,
     #[command(flatten)]
     start: StartArgs,
@@ -353,7 +353,7 @@ fn mujoco(args: &Args, case: &Case, fine: f64) -> Result<Reference, Failure> {
     for integrator in own.into_iter().chain([&integrate::rk4::METHOD]) {
         let mut run = |h: f64| {
             let (timestep, each) = fit(args.time, h);
-            let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: 1 };
+            let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: crate::forward::ROUNDS };
             mujoco.load(&Scene::Path(&args.scene), &case.model, &method, &case.start, true)?;
             mujoco.rollout(each * SAMPLES, each).map(|rows| reference::from_qpos(case, &rows))
         };

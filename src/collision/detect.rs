@@ -2,7 +2,7 @@
 
 use super::sweep::Sweep;
 use super::{Hit, Hits, MAX_HITS, Placed, frame};
-use crate::data::{Contact, Data, Meeting};
+use crate::data::{Contact, Data};
 use crate::math::{Mat3, Vec3};
 use crate::model::{Bound, GeomKind, Model, Pair};
 
@@ -23,11 +23,10 @@ pub fn room(model: &Model) -> usize {
 
 /// Finds all contacts, in MuJoCo's order: by body pair, then by geom pair.
 ///
-/// Reads: `geom_xpos`, `geom_xmat`. Writes: `contacts` (all but the forces), `meetings`, `counts`.
+/// Reads: `geom_xpos`, `geom_xmat`. Writes: `contacts` (all but the forces), `counts`.
 pub fn detect(model: &Model, data: &mut Data) {
-    let Data { geom_xpos, geom_xmat, contacts, meetings, counts, detect: Scratch { hits, sweep }, .. } = data;
+    let Data { geom_xpos, geom_xmat, contacts, counts, detect: Scratch { hits, sweep }, .. } = data;
     contacts.clear();
-    meetings.clear();
     if !(model.opt.flags.contact && model.opt.flags.constraint) {
         return;
     }
@@ -35,11 +34,7 @@ pub fn detect(model: &Model, data: &mut Data) {
     for pair in pairs {
         if !apart(pair, geom_xpos, geom_xmat) {
             counts.pairs += 1;
-            let start = contacts.len();
-            let frames = collide(model, pair, geom_xpos, geom_xmat, hits, contacts);
-            if frames > 0 {
-                join(contacts, start, frames == 1, meetings);
-            }
+            collide(model, pair, geom_xpos, geom_xmat, hits, contacts);
         }
     }
     counts.contacts += contacts.len();
@@ -55,14 +50,7 @@ fn apart(pair: &Pair, xpos: &[Vec3], xmat: &[Mat3]) -> bool {
     }
 }
 
-fn collide(
-    model: &Model,
-    pair: &Pair,
-    xpos: &[Vec3],
-    xmat: &[Mat3],
-    hits: &mut Hits,
-    contacts: &mut Vec<Contact>,
-) -> usize {
+fn collide(model: &Model, pair: &Pair, xpos: &[Vec3], xmat: &[Mat3], hits: &mut Hits, contacts: &mut Vec<Contact>) {
     let [a, b] = pair.geom.map(|g| Placed { size: &model.geoms[g].size, pos: &xpos[g], mat: &xmat[g] });
     let mix = &model.mixes[pair.mix];
     hits.clear();
@@ -70,7 +58,7 @@ fn collide(
     let body = pair.geom.map(|g| model.bodies[model.geoms[g].body].weld as u32);
     let geom = pair.geom.map(|g| g as u32);
     let flat = model.geoms[pair.geom[0]].kind == GeomKind::Plane;
-    let (mut last, mut axes, mut frames) = (None, Mat3::zeros(), 0);
+    let (mut last, mut axes) = (None, Mat3::zeros());
     contacts.extend(hits.as_slice().iter().map(|hit| {
         // Points of one plane share their frame.
         if last.is_none_or(|last| !flat && !same_frame(last, hit)) {
@@ -80,27 +68,10 @@ fn collide(
                 Mat3::from_rows(&[hit.normal.transpose(), Vec3::zeros().transpose(), Vec3::zeros().transpose()])
             };
             last = Some(hit);
-            frames += 1;
         }
         let (Hit { dist, pos, feature, .. }, mix) = (*hit, pair.mix as u32);
         Contact { geom, body, mix, feature, dist, pos, frame: axes, force: [0.0; 6] }
     }));
-    frames
-}
-
-/// Adds the contacts from `start` on, those of one pair, to the last meeting, or begins a new one.
-///
-/// In: `alike` whether they are in one frame.
-fn join(contacts: &[Contact], start: usize, alike: bool, meetings: &mut Vec<Meeting>) {
-    let (first, end) = (&contacts[start], contacts.len() as u32);
-    match meetings.last_mut().filter(|m| m.body == first.body) {
-        Some(last) => {
-            let its = &contacts[last.start as usize];
-            last.alike &= alike && its.mix == first.mix && its.frame == first.frame;
-            last.end = end;
-        }
-        None => meetings.push(Meeting { body: first.body, start: start as u32, end, alike }),
-    }
 }
 
 /// All six numbers are compared, whatever comes out: faster than stopping early at what hardly happens.

@@ -1,19 +1,39 @@
 //! Contact laws: depth and rate in, force out. The list [`ALL`] is the only place that knows their names.
+//!
+//! All laws share one way, [`constrain`]:
+//!
+//!     contacts, joint limits, dry friction → islands → rows of J → solve(island) → a, f → qacc, qfrc_constraint
+//!
+//! | file | what |
+//! |---|---|
+//! | `joint_rows` | limits that are near, and dry friction |
+//! | `islands`, `disjoint_sets` | which trees constraints hold together |
+//! | `island` | the rows of one island, and where its results go |
+//! | `impedance`, `constants` | what `solref` and `solimp` mean |
+//! | `cost`, `newton`, `block_cholesky` | convex problems in the accelerations, and Newton's method for them |
+//! | `penalty`, `mujoco`, `tutorial` | the laws |
 
-pub mod complementarity;
+pub mod block_cholesky;
 pub mod constants;
-pub mod forest;
+pub mod cost;
+pub mod disjoint_sets;
 pub mod impedance;
+pub mod island;
+pub mod islands;
+mod joint_rows;
 pub mod mujoco;
+pub mod newton;
 pub mod penalty;
-pub mod rows;
 pub mod tutorial;
 
-use crate::data::{Contact, Data};
+use crate::data::{Contact, Data, Scratchpad};
 use crate::forward::Method;
 use crate::math::Vec3;
 use crate::model::Model;
 use crate::state::{Start, State};
+use island::Island;
+use islands::Islands;
+use newton::Outcome;
 
 /// A contact law.
 pub struct Law {
@@ -25,9 +45,37 @@ pub struct Law {
     pub joints: bool,
     /// What of the last step it starts from.
     pub start: Start,
-    /// Reads `data.contacts`, `data.movers`, `data.qacc_smooth`; writes `data.qacc`, `data.qfrc_constraint` and
-    /// the forces in `data.contacts`.
-    pub solve: fn(&Model, &Method, &State, &mut Data),
+    /// Where its forces act.
+    pub lever: Lever,
+    /// Finds the forces of an island's constraints and the accelerations that they cause.
+    ///
+    /// Reads: the island's rows, `vectors.smooth`. Writes: `vectors.a`, `force` of the constraints.
+    pub solve: fn(&Task, &mut Scratchpad, &mut Island) -> Outcome,
+    /// A faster way to the same forces for one free body against what never moves; see [`Shortcut`].
+    pub shortcut: Option<Shortcut>,
+}
+
+/// Finds the forces of a free body's contacts with what never moves and its acceleration (of its mover), or says that it
+/// cannot: then the general way is taken. In: the tree, and its contacts.
+pub type Shortcut = fn(&Task, &mut Scratchpad, usize, &[usize], &mut [Contact]) -> Option<crate::math::Vec6>;
+
+/// What a law is asked about.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    pub model: &'a Model,
+    pub method: &'a Method,
+    pub state: &'a State,
+    pub data: &'a Data,
+}
+
+/// Where contact forces act.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lever {
+    /// Midway between the two surfaces, as in MuJoCo.
+    Midpoint,
+    /// At a moving body's own surface if the other one never moves; midway between two moving bodies, so that action
+    /// equals reaction. A sphere that has sunk in by 0.4 mm thus rolls on its full radius.
+    Surface,
 }
 
 /// The default comes first.
@@ -38,13 +86,125 @@ pub fn by_name(name: &str) -> Option<&'static Law> {
     ALL.iter().copied().find(|law| law.name == name)
 }
 
-/// Where friction acts on each side's body: at a moving body's own surface if the other one never moves, midway
-/// between two moving bodies, so that action equals reaction. World, m.
+/// What stays between steps, to allocate nothing.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    islands: Islands,
+    island: Island,
+    own: Scratchpad,
+}
+
+impl Scratch {
+    /// Room for all contacts and joint rows that a model can have.
+    pub fn new(model: &Model, contacts: usize, joints: usize) -> Scratch {
+        let mut scratch = Scratch::default();
+        scratch.islands.reserve(model, contacts, joints);
+        scratch.island.reserve(model, contacts, joints);
+        scratch
+    }
+}
+
+/// Forces of all contacts, joint limits and dry friction under the law of `method`, and what they do.
 ///
-/// A sphere that has sunk in by 0.4 mm thus rolls on its full radius.
-fn surface_points(contact: &Contact, model: &Model) -> [Vec3; 2] {
-    let moves = contact.body.map(|b| model.bodies[b as usize].tree.is_some());
-    if moves[0] && moves[1] {
+///     M qacc = M qacc_smooth + qfrc_constraint,   qfrc_constraint = Jᵀ f
+///
+/// Reads:  state, kinematics, contacts, qacc_smooth. Writes: qacc, qfrc_constraint, forces of contacts and joint rows.
+pub fn constrain(model: &Model, method: &Method, state: &State, data: &mut Data) {
+    data.qfrc_constraint.fill(0.0);
+    data.solver = Outcome::default();
+    data.joint_rows.clear();
+    let law = method.contact;
+    if law.joints && data.plan.joint_rows() {
+        joint_rows::find(model, method, state, data);
+    }
+    if data.contacts.is_empty() && data.joint_rows.is_empty() {
+        return;
+    }
+    if law.start == Start::Forces {
+        state.recall(data);
+    }
+    // A pointer moves, not the buffers.
+    let Some(mut scratch) = data.constraints.take() else { return };
+    let Scratch { islands, island, own } = &mut *scratch;
+    islands.find(model, data);
+    for group in 0..model.trees.len() {
+        let (trees, contacts, joints) = islands.group(group);
+        if contacts.is_empty() && joints.is_empty() {
+            continue;
+        }
+        let shortcut = law.shortcut.filter(|_| joints.is_empty() && trees.len() == 1);
+        if shortcut.is_some_and(|shortcut| take(shortcut, model, method, state, data, own, trees[0], contacts)) {
+            continue;
+        }
+        let task = Task { model, method, state, data };
+        assemble(&task, islands, group, island);
+        let outcome = (law.solve)(&task, own, island);
+        data.counts.rows += island.constraints.iter().map(|c| c.cone.dim).sum::<usize>();
+        island.finish(model, data);
+        data.counts.solves += outcome.iterations;
+        data.solver.iterations = data.solver.iterations.max(outcome.iterations);
+        data.solver.residual = data.solver.residual.max(outcome.residual);
+    }
+    data.constraints = Some(scratch);
+}
+
+/// Takes a law's shortcut for one tree, if it is a free body; says whether that was possible.
+fn take(
+    shortcut: Shortcut,
+    model: &Model,
+    method: &Method,
+    state: &State,
+    data: &mut Data,
+    own: &mut Scratchpad,
+    t: usize,
+    which: &[usize],
+) -> bool {
+    let tree = &model.trees[t];
+    let Some(free) = &tree.free else { return false };
+    let mut contacts = std::mem::take(&mut data.contacts);
+    let found = shortcut(&Task { model, method, state, data }, own, t, which, &mut contacts);
+    data.contacts = contacts;
+    let Some(a) = found else { return false };
+    let smooth = data.movers[tree.bodies.start].acc;
+    data.counts.rows += which.iter().map(|&c| model.mixes[data.contacts[c].mix as usize].condim).sum::<usize>();
+    island::finish_free(free, data.plan.aligned[t], tree, data, &a.into(), &smooth.into());
+    true
+}
+
+/// The rows of one island.
+fn assemble(task: &Task, islands: &mut Islands, group: usize, island: &mut Island) {
+    let Task { model, method, state, data } = *task;
+    island.reset();
+    islands.number(group, |tree| island.add_tree(model, data, &state.qvel, tree));
+    island.start();
+    let (_, contacts, joints) = islands.group(group);
+    let unit = |tree: Option<usize>| tree.map(|t| islands.unit[t]);
+    for &j in joints {
+        let tree = model.bodies[model.dofs[data.joint_rows[j].dof].body].tree;
+        island.add_joint_row(model, data, j, unit(tree).unwrap_or(0));
+    }
+    for &c in contacts {
+        let contact = &data.contacts[c];
+        let units = contact.body.map(|b| unit(model.bodies[b as usize].tree));
+        let points = match method.contact.lever {
+            Lever::Midpoint => [contact.pos; 2],
+            Lever::Surface => surface_points(contact, units),
+        };
+        island.add_contact(model, data, c, model.mixes[contact.mix as usize].condim, units, points);
+    }
+}
+
+/// The rows of all islands as if they were one.
+fn assemble_all(task: &Task, island: &mut Island) {
+    let mut islands = Islands::default();
+    islands.reserve(task.model, 0, 0);
+    islands.find_one(task.model, task.data);
+    assemble(task, &mut islands, 0, island);
+}
+
+/// Where each side's body is touched under [`Lever::Surface`]; `moves`: the trees, or whatever stands for them. World, m.
+fn surface_points(contact: &Contact, moves: [Option<usize>; 2]) -> [Vec3; 2] {
+    if moves[0].is_some() && moves[1].is_some() {
         return [contact.pos; 2];
     }
     let half = contact.frame.row(0).transpose() * (0.5 * contact.dist);

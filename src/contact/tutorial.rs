@@ -20,29 +20,30 @@
 //!
 //!     τ = −min(μ F_n, |ω| / (ε h λ)) ω/|ω|,     ε = 1e-3
 //!
-//! with h the timestep and λ the inverse inertia that the torque meets, 1/(kg m²): a thousandth of what a step can
-//! change of ω. And contacts switch on over a small depth ([`impedance::onset`]).
+//! with h the timestep and λ the inverse inertia of the two bodies (`invweight0`), 1/(kg m²): a thousandth of what a
+//! step can change of ω. And contacts switch on over a small depth ([`impedance::onset`]).
 //!
 //! The course has no joints, so the law has neither their limits nor their dry friction.
 //!
 //! Source: C. Xing, Physics Simulation Tutorial (2025), Algorithms 1–4. Algorithm 1 as printed lets the damper
 //! act without contact too; like the course's other algorithms, Penny applies it in contact only.
 
-use super::impedance;
-use super::rows::{NONE, eigenvalues};
-use super::{Law, surface_points};
-use crate::data::Data;
+use super::island::{Island, Push, Source};
+use super::newton::{Constraint, Outcome};
+use super::{Law, Lever, Task, impedance};
+use crate::data::Scratchpad;
 use crate::dynamics;
-use crate::forward::Method;
 use crate::model::{Mix, Model};
-use crate::state::{Start, State};
+use crate::state::Start;
 
 pub static LAW: Law = Law {
     name: "tutorial",
     about: "the course's penalty law: k d + c max(0, -v), tanh friction",
     joints: false,
     start: Start::Nothing,
+    lever: Lever::Surface,
     solve,
+    shortcut: None,
 };
 
 /// Steepness of the friction law where the scene gives no `penny.alpha`, s/m: full friction from about 2 cm/s on.
@@ -63,61 +64,56 @@ pub fn spring_damper(model: &Model, mix: &Mix, inverse_mass: f64, timestep: f64)
     (k, c)
 }
 
-fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
-    let mut rows = std::mem::take(&mut data.rows);
-    rows.begin(model);
-    data.qacc.copy_from_slice(&data.qacc_smooth);
-    data.qfrc_constraint.fill(0.0);
-    let implicit = method.integrator.implicit;
-    let onset = impedance::onset(implicit, method.timestep, dynamics::gravity(model).norm());
-    for c in 0..data.contacts.len() {
-        let contact = data.contacts[c];
-        let mix = &model.mixes[contact.mix as usize];
-        let depth = -contact.dist;
-        let dim = if depth > 0.0 { mix.condim } else { 0 };
-        rows.push(model, &state.qvel, data, &contact, dim, surface_points(&contact, model));
-        data.counts.rows += dim;
-        if dim == 0 || rows.contacts[c].parts[0].tree == NONE {
-            continue;
+fn solve(task: &Task, _: &mut Scratchpad, island: &mut Island) -> Outcome {
+    let onset = if task.method.integrator.implicit {
+        impedance::onset(true, task.method.timestep, dynamics::gravity(task.model).norm())
+    } else {
+        0.0
+    };
+    for i in 0..island.sources.len() {
+        if let Source::Contact(index) = island.sources[i] {
+            island.constraints[i].force = force(task, onset, index, &island.constraints[i]);
         }
-
-        // Normal.
-        let inverse_mass: f64 = contact.body.iter().map(|&b| model.bodies[b as usize].invweight0[0]).sum();
-        let (k, damping) = spring_damper(model, mix, inverse_mass, method.timestep);
-        let v = rows.velocities(c);
-        let normal = (k * depth + damping * (-v[0]).max(0.0)) * impedance::share(depth, onset);
-        let mut force = [normal, 0.0, 0.0, 0.0, 0.0, 0.0];
-
-        // Sliding, spinning, rolling.
-        if dim >= 3 {
-            let (v1, v2) = (v[1], v[2]);
-            let speed = v1.hypot(v2);
-            let mu = model.tutorial.mu.unwrap_or(mix.friction[0]);
-            let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
-            if speed > 0.0 {
-                let friction = -mu * normal * (alpha * speed).tanh() / speed;
-                (force[1], force[2]) = (friction * v1, friction * v2);
-            }
-        }
-        // Torque per angular velocity near zero, N m s.
-        let steep = if implicit && dim >= 4 {
-            let [_, spin, roll] = eigenvalues(dim, |k, l| rows.own_compliance(c, k, l));
-            [spin, roll].map(|lambda| 1.0 / (IMPLICIT_SPIN * method.timestep * lambda))
-        } else {
-            [f64::INFINITY; 2]
-        };
-        if dim >= 4 {
-            [force[3]] = opposing([v[3]], mix.friction[2] * normal, steep[0]);
-        }
-        if dim >= 6 {
-            let limit = model.tutorial.mu_roll.unwrap_or(mix.friction[3]) * normal;
-            [force[4], force[5]] = opposing([v[4], v[5]], limit, steep[1]);
-        }
-        rows.push_forces(c, 0, &force[..dim]);
-        data.contacts[c].force = force;
     }
-    rows.finish(model, data);
-    data.rows = rows;
+    island.solve(task.model, task.data, Push)
+}
+
+/// The force of one contact: normal, sliding, spinning, rolling.
+fn force(task: &Task, onset: f64, index: usize, c: &Constraint) -> [f64; 6] {
+    let Task { model, method, data, .. } = *task;
+    let contact = &data.contacts[index];
+    let (mix, depth, dim, v) = (&model.mixes[contact.mix as usize], -contact.dist, c.cone.dim, &c.velocity);
+    let mut force = [0.0; 6];
+    if depth <= 0.0 {
+        return force;
+    }
+    let weights = contact.body.map(|b| model.bodies[b as usize].invweight0);
+    let (k, damping) = spring_damper(model, mix, weights[0][0] + weights[1][0], method.timestep);
+    let normal = (k * depth + damping * (-v[0]).max(0.0)) * impedance::share(depth, onset);
+    force[0] = normal;
+    if dim >= 3 {
+        let speed = v[1].hypot(v[2]);
+        let mu = model.tutorial.mu.unwrap_or(mix.friction[0]);
+        let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
+        if speed > 0.0 {
+            let friction = -mu * normal * (alpha * speed).tanh() / speed;
+            (force[1], force[2]) = (friction * v[1], friction * v[2]);
+        }
+    }
+    // Torque per angular velocity near zero, N m s.
+    let steep = if method.integrator.implicit {
+        1.0 / (IMPLICIT_SPIN * method.timestep * (weights[0][1] + weights[1][1]))
+    } else {
+        f64::INFINITY
+    };
+    if dim >= 4 {
+        [force[3]] = opposing([v[3]], mix.friction[2] * normal, steep);
+    }
+    if dim >= 6 {
+        let limit = model.tutorial.mu_roll.unwrap_or(mix.friction[3]) * normal;
+        [force[4], force[5]] = opposing([v[4], v[5]], limit, steep);
+    }
+    force
 }
 
 /// Torque of size `limit` against an angular velocity, less where that is nearly zero: −min(limit, steep |ω|) ω/|ω|.

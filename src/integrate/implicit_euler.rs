@@ -1,5 +1,5 @@
 use super::{Integrator, displace};
-use crate::contact::forest::Forest;
+use crate::contact::disjoint_sets::DisjointSets;
 use crate::data::Data;
 use crate::dynamics::free;
 use crate::dynamics::spatial::{ang, lin};
@@ -18,9 +18,7 @@ pub const METHOD: Integrator = Integrator {
 
 /// Scratch of Newton's method.
 #[derive(Clone, Debug, Default)]
-pub struct Newton {
-    /// Steps so far whose equation was not solved; see [`advance`].
-    pub unsolved: usize,
+struct Newton {
     /// The end of the step, as guessed.
     trial: Option<State>,
     /// Unknown velocity, residual, Newton step (nv each).
@@ -76,7 +74,7 @@ const LEAST_SHIFT: f64 = 1e-8;
 /// M. Ortiz, L. Stainier, The variational formulation of viscoplastic constitutive updates (1999).
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
-    let mut newton = std::mem::take(&mut data.newton);
+    let mut newton = std::mem::take(data.scratch.get::<Newton>());
     let mut trial = newton.trial.take().unwrap_or_else(|| state.clone());
     trial.copy_from(state);
     trial.time += h;
@@ -101,7 +99,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     residual(model, method, state, &newton.v, &mut trial, data, &mut newton.residual);
     let solved = newton.size(model, data) <= GOOD_ENOUGH;
     if !solved {
-        newton.unsolved += 1;
+        data.unsolved += 1;
         for (v, g) in newton.v.iter_mut().zip(&newton.residual) {
             *v -= g;
         }
@@ -113,7 +111,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     state.qpos.copy_from_slice(&trial.qpos);
     state.time += h;
     newton.trial = Some(trial);
-    data.newton = newton;
+    *data.scratch.get() = newton;
 }
 
 /// Goes along the Newton step as far as it leads downhill. Out: the size of the residual there; `None` if nowhere.
@@ -328,7 +326,7 @@ fn solve(a: &mut [f64], x: &mut [f64]) {
 /// The dofs that contacts couple, group by group.
 #[derive(Clone, Debug, Default)]
 struct Islands {
-    forest: Forest,
+    sets: DisjointSets,
     /// All trees, those of one island together.
     trees: Vec<usize>,
     dofs: Vec<usize>,
@@ -338,21 +336,21 @@ struct Islands {
 
 impl Islands {
     fn find(&mut self, model: &Model, data: &Data) {
-        let Islands { forest, trees, dofs, starts } = self;
-        forest.reset(model.trees.len());
+        let Islands { sets, trees, dofs, starts } = self;
+        sets.reset(model.trees.len());
         for contact in &data.contacts {
             if let [Some(a), Some(b)] = contact.body.map(|b| model.bodies[b as usize].tree) {
-                forest.join(a, b);
+                sets.union(a, b);
             }
         }
         trees.clear();
         trees.extend(0..model.trees.len());
-        trees.sort_unstable_by_key(|&t| (forest.find(t), t));
+        trees.sort_unstable_by_key(|&t| (sets.find(t), t));
         dofs.clear();
         starts.clear();
         for &t in trees.iter() {
             // The lowest tree of an island comes first.
-            if forest.find(t) == t {
+            if sets.find(t) == t {
                 starts.push(dofs.len());
             }
             dofs.extend(model.trees[t].dofs.clone());

@@ -26,8 +26,6 @@ pub struct Reference {
 const MOST_STEPS: f64 = 2e6;
 /// Its timestep is this much smaller than the smallest of the sweep.
 const FINER: f64 = 4.0;
-/// Rounds of the penalty law in a reference.
-const ROUNDS: usize = 1;
 
 /// Timestep of the references of a sweep whose smallest timestep is given, s.
 pub fn timestep(case: &Case, smallest: f64) -> f64 {
@@ -61,7 +59,7 @@ pub fn converged(
                 contact,
                 integrator,
                 timestep: fit(case.seconds, h).0,
-                rounds: ROUNDS,
+                rounds: crate::forward::ROUNDS,
             }));
         }
     }

@@ -51,7 +51,12 @@ impl Ready<'_> {
     /// The scene's own integrator and timestep under a law.
     pub fn method(&self, contact: &'static Law) -> Option<Method> {
         let opt = &self.case.model.opt;
-        Some(Method { contact, integrator: integrate::by_name(&opt.integrator)?, timestep: opt.timestep, rounds: 1 })
+        Some(Method {
+            contact,
+            integrator: integrate::by_name(&opt.integrator)?,
+            timestep: opt.timestep,
+            rounds: crate::forward::ROUNDS,
+        })
     }
 
     /// Nanoseconds of one step under the method.

@@ -45,7 +45,7 @@ pub fn method(model: &Model) -> Result<Method, String> {
         contact: contact::by_name(law).ok_or_else(|| format!("there is no contact law `{law}`"))?,
         integrator: integrate::by_name(integrator).ok_or_else(|| format!("there is no integrator `{integrator}`"))?,
         timestep: model.opt.timestep,
-        rounds: 1,
+        rounds: crate::forward::ROUNDS,
     })
 }
 

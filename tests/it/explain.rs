@@ -25,7 +25,7 @@ fn method(law: &str, integrator: &str) -> Method {
         contact: contact::by_name(law).expect("a law"),
         integrator: integrate::by_name(integrator).expect("an integrator"),
         timestep: 0.002,
-        rounds: 1,
+        rounds: penny::forward::ROUNDS,
     }
 }
 

@@ -23,7 +23,12 @@ impl Run {
         model.opt.tolerance = 0.0;
         let integrator = integrate::by_name(&model.opt.integrator).expect("integrator");
         let (state, data) = (State::new(&model), Data::new(&model));
-        Run { method: Method { contact: law, integrator, timestep, rounds: 1 }, model, state, data }
+        Run {
+            method: Method { contact: law, integrator, timestep, rounds: penny::forward::ROUNDS },
+            model,
+            state,
+            data,
+        }
     }
 
     fn with(mut self, qvel: &[f64]) -> Run {

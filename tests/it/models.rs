@@ -36,7 +36,7 @@ fn method(model: &Model) -> Method {
         contact: contact::by_name(model.contact_law().unwrap_or("penalty")).expect("a law"),
         integrator: integrate::by_name(&model.opt.integrator).expect("an integrator"),
         timestep: model.opt.timestep,
-        rounds: 1,
+        rounds: penny::forward::ROUNDS,
     }
 }
 

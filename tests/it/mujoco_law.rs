@@ -63,7 +63,7 @@ fn load(xml: &str) -> Model {
 
 fn method(model: &Model) -> Method {
     let integrator = integrate::by_name(&model.opt.integrator).expect("golden scenes use supported integrators");
-    Method { contact: &mujoco::LAW, integrator, timestep: model.opt.timestep, rounds: 1 }
+    Method { contact: &mujoco::LAW, integrator, timestep: model.opt.timestep, rounds: penny::forward::ROUNDS }
 }
 
 fn start(model: &Model, case: &Case) -> (State, Data) {

@@ -32,7 +32,7 @@ impl Sim {
             contact: penny::contact::by_name(law).expect("law"),
             integrator: penny::integrate::by_name(integrator).expect("integrator"),
             timestep: model.opt.timestep,
-            rounds: 1,
+            rounds: penny::forward::ROUNDS,
         };
         let (state, data) = (State::new(&model), Data::new(&model));
         Sim { model, method, state, data }

@@ -62,7 +62,7 @@ fn measured_limits_are_the_theorys_on_the_damped_spring() {
     for &integrator in integrate::ALL {
         let limit = theory::limit(integrator, spring).expect("known to the theory");
         let unstable = |timestep: f64| {
-            let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: 1 };
+            let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: penny::forward::ROUNDS };
             map::unstable(map::classify(&Setting { case: case.clone(), method }))
         };
         if limit.is_infinite() {
@@ -81,7 +81,7 @@ fn a_map_knows_four_fates() {
         let integrator = integrate::by_name(integrator).expect("integrator");
         map::classify(&Setting {
             case: case.clone(),
-            method: Method { contact: contact::ALL[0], integrator, timestep, rounds: 1 },
+            method: Method { contact: contact::ALL[0], integrator, timestep, rounds: penny::forward::ROUNDS },
         })
     };
     assert_eq!(class("semi-implicit-euler", 0.01), map::Class::Stable);
@@ -93,7 +93,7 @@ fn a_map_knows_four_fates() {
 
 fn setting(case: &Case, integrator: &'static integrate::Integrator, timestep: f64) -> Setting {
     let contact = contact::by_name("penalty").expect("law");
-    Setting { case: case.clone(), method: Method { contact, integrator, timestep, rounds: 1 } }
+    Setting { case: case.clone(), method: Method { contact, integrator, timestep, rounds: penny::forward::ROUNDS } }
 }
 
 fn disk(seconds: f64) -> Case {
@@ -145,7 +145,12 @@ fn a_limit_is_the_first_one() {
 fn what_a_map_sets_is_what_the_theory_sees() {
     let setting = Setting {
         case: case(SPRING, &[1.0], 1.0),
-        method: Method { contact: contact::ALL[0], integrator: integrate::ALL[0], timestep: 1e-3, rounds: 1 },
+        method: Method {
+            contact: contact::ALL[0],
+            integrator: integrate::ALL[0],
+            timestep: 1e-3,
+            rounds: penny::forward::ROUNDS,
+        },
     };
     let quantity = |name: &str| map::quantity(name).expect(name);
     let set = map::at(&setting, [quantity("stiffness"), quantity("mass")], [400.0, 4.0]);

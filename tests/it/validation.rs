@@ -113,7 +113,12 @@ fn scene(name: &str, key: &str, seconds: f64) -> Case {
 
 fn method(case: &Case) -> Method {
     let contact = contact::by_name(case.model.contact_law().unwrap_or("penalty")).expect("law");
-    Method { contact, integrator: &integrate::rk4::METHOD, timestep: case.model.opt.timestep, rounds: 1 }
+    Method {
+        contact,
+        integrator: &integrate::rk4::METHOD,
+        timestep: case.model.opt.timestep,
+        rounds: penny::forward::ROUNDS,
+    }
 }
 
 #[test]

@@ -207,7 +207,7 @@ mod tests {
         let model = crate::parse("scene.xml", &text).unwrap_or_else(|e| panic!("{e}")).model;
         let contact = contact::by_name(law).expect("a law");
         let integrator = integrate::by_name("Euler").expect("an integrator");
-        let method = Method { contact, integrator, timestep: 0.002, rounds: 1 };
+        let method = Method { contact, integrator, timestep: 0.002, rounds: crate::forward::ROUNDS };
         let mut start = State::new(&model);
         start.qvel[0] = 1.0;
         reasons(&model, &method, &start, 100)

@@ -1,9 +1,12 @@
 //! The constraint rows as MuJoCo lists them (`efc_J`, `efc_R`, `efc_aref`, `efc_force`): dry friction, joint limits,
 //! contacts; a pyramid's edges one by one. To look at and to compare, not on the way of a step.
 
-use super::cone::Kind;
-use super::solver::Stop;
-use super::{Scratch, force_from_mover, rows};
+use super::coefficients::Coefficients;
+use crate::contact::cost::Kind;
+use crate::contact::impedance::PerMix;
+use crate::contact::island::{Island, force_on_free_joint};
+use crate::contact::newton::Stop;
+use crate::contact::{Task, assemble_all};
 use crate::data::Data;
 use crate::forward::Method;
 use crate::model::Model;
@@ -24,27 +27,13 @@ pub struct Row {
 
 /// All rows at the state that `data` was computed for by [`forward`](crate::forward::forward) with this law.
 pub fn list(model: &Model, method: &Method, state: &State, data: &Data) -> Vec<Row> {
-    let mut scratch = Scratch::default();
-    scratch.prepare(model, method, data);
-    let island = &mut scratch.island;
-    for t in 0..model.trees.len() {
-        island.add_tree(model, t);
-    }
-    let mut dof_rows = Vec::new();
-    rows::of_joints(model, data, method.timestep, state, |row| dof_rows.push(row));
-    for row in &dof_rows {
-        island.add_dof_row(model, data, row, super::tree_of_dof(model, row.dof));
-    }
-    for contact in &data.contacts {
-        let recipe = &scratch.recipes[contact.mix as usize];
-        if recipe.active(contact.dist) {
-            let units = contact.body.map(|b| model.bodies[b as usize].tree);
-            island.add_contact(model, data, &state.qvel, contact, recipe, units);
-        }
-    }
-    island.start(model, data, &data.qacc);
+    let task = Task { model, method, state, data };
+    let mut island = Island::default();
+    assemble_all(&task, &mut island);
+    super::pose(&task, PerMix::default().of(&task, Coefficients::new), &mut island);
+    island.guess(model, data, &data.qacc);
     // The forces of stiff edges cannot be had from qacc alone, they would drown in its last digits: from there on, Newton.
-    island.solve(model, data, &Stop { warm: true, ..super::stop(model) });
+    island.solve(model, data, Stop { warm: true, ..super::stop(model) });
     let mut list = Vec::new();
     for (i, c) in island.constraints.iter().enumerate() {
         let jac: Vec<Vec<f64>> = (0..c.cone.dim).map(|k| qvel_row(model, data, &island.split_row(i, k))).collect();
@@ -80,10 +69,7 @@ fn qvel_row(model: &Model, data: &Data, parts: &[(usize, &[f64])]) -> Vec<f64> {
         let out = &mut row[tree.dofs.clone()];
         match &tree.free {
             // A row is transformed like a force: both are dual to accelerations.
-            Some(free) => {
-                let body = tree.bodies.start;
-                force_from_mover(free, &data.movers[body], &data.xpos[body], part, out);
-            }
+            Some(free) => out.copy_from_slice(&force_on_free_joint(free, tree, data, part)),
             None => out.copy_from_slice(part),
         }
     }

@@ -1,163 +1,256 @@
-//! Penny's own law: MuJoCo's spring and damper at each contact, Coulomb friction that opposes slip.
+//! Penny's own law: MuJoCo's spring and damper at each contact, and Coulomb friction that opposes slip.
 //!
-//! **Normals.** One contact pushes with the force that MuJoCo's model gives it,
+//! **What it is.** The accelerations a are those that make this sum least,
 //!
-//!     f_n = max(0, (a_ref − a_u) / (A + R))          N
+//!     ½ (a − a₀)ᵀ M (a − a₀)  +  Σ normals 1/(2 R) min(0, J_n a − a_ref)²  +  Σ friction H(J_t a + v_t/h; μ n)
 //!
-//! with A = J M⁻¹ Jᵀ the inverse mass along the normal (1/kg), a_u = J·acc the acceleration without this force,
-//! a_ref = −B v_n − K d r the one that spring and damper ask for, and R the softness ([`super::impedance`]).
-//! Several contacts share a body: then A is a matrix, and its off-diagonal part is what keeps a box from
-//! rocking. All contacts between the same two trees are solved together ([`super::complementarity`]).
-//! In pyramidal scenes MuJoCo's normals are stiffer: R is multiplied by μ²(1 + μ²)/(condim − 1) there
-//! (the rest state of 2(condim − 1) pyramid edges). Penny does the same, so that resting depths agree.
+//! with n the normal force that the solution itself has, and the forces are minus the terms' derivatives:
 //!
-//! **Friction** is Coulomb's law on velocities: the slip at the end of the step, s = v_t + h a_t, is stopped if
-//! the force needed stays within the limit, otherwise the force has the limit's size and opposes the slip:
+//!     n = max(0, (a_ref − J_n a) / R)              N      spring and damper, pushes only
+//!     f = −(J_t a + v_t/h) / (ε λ)  if μ n allows  N      nearly no slip at the end of the step, or else
+//!     f = −μ n s/|s|,  s = v_t + h J_t a           N      the limit, against the slip
 //!
-//!     f_t ← clip(f_t − s / (h λ), μ f_n)
+//! M is the inertia matrix, a₀ the acceleration without constraints, J the constraints' rows, v = J qvel, h the timestep.
+//! a_ref = −B v_n − K d r and R = (1 − d)/d A are MuJoCo's ([`super::impedance`]), so that one contact without friction
+//! is MuJoCo's; in scenes with a pyramidal cone R is multiplied by μ²(1 + μ²)/(condim − 1), the rest state of its
+//! 2 (condim − 1) edges, so that depths at rest are, too. H is Huber's function of the slip, isotropic, so that friction
+//! has no preferred direction: quadratic up to the limit, a cone above. Its stiffness 1/(ε λ), ε = 1e-9, is a slip of
+//! ε λ f h: a box on a slope creeps by 1e-9 g h sin θ. λ is the inverse mass that friction meets, from the bodies'
+//! `invweight0`. Spinning (μ_spin, m) and rolling (μ_roll, m) are further groups of friction with limits of their own;
+//! friction of unlike coefficients has an elliptic limit and acts along its steepest descent. A joint's limit is a
+//! normal, its dry friction a friction whose limit is `frictionloss`.
 //!
-//! with h the timestep and λ the largest eigenvalue of the 2 × 2 block of A (1/kg): a step by a scalar keeps the
-//! direction of the slip. Spinning (μ_spin, m) and rolling (μ_roll, m) likewise, each with its own limit. The
-//! normal force does not feel the slip, so that sliding contacts do not hop, as MuJoCo's do.
+//! The normals do not feel the slip but through M: sliding contacts do not hop, as MuJoCo's do. Friction acts at the
+//! body's own surface ([`Lever::Surface`]).
 //!
-//! Under an implicit integrator the law is asked for the force at a velocity that is already that of the end of
-//! the step. Then friction is a function of that velocity alone: a steep line through zero, clipped to the limit,
+//! **How it is solved.** For given limits the sum is convex and has one least point: Newton's method with line search
+//! finds it ([`super::newton`]). Whenever a full Newton step has left every constraint on its piece of the cost, the
+//! limits are set to μ n, until nothing changes any more: until every force is what its formula asks of a = a₀ + M⁻¹ Jᵀ f
+//! to [`TOLERANCE`] of the largest. The last step's forces are the first guess, and mostly still right; they change
+//! nothing but the work. [`Method::rounds`](crate::forward::Method::rounds) bounds the Newton steps; the residual that is
+//! left is in `data.solver`.
 //!
-//!     f_t = clip(−v_t / (ε h λ), μ f_n),     ε = 1e-3        (a body at rest on a slope creeps by ε h g sin θ)
+//! With large friction the limits may have no solution that agrees with them, or several (Painlevé): then a residual
+//! stays.
 //!
-//! Normals then switch on over a small depth ([`super::impedance::onset`]).
+//! **Under an implicit integrator** the law is asked for the forces at a velocity that is already that of the end of the
+//! step. There friction depends on this velocity alone,
 //!
-//! **One round** is the normals with the friction of the step before, then friction with these normals. Both
-//! start from the last step's forces, so that in steady motion one round is exact; contacts that are new have no such
-//! start, and get more rounds, as do implicit integrators, whose equation must not depend on the step before. A free
-//! body that touches only one plane is solved on its own (`lone`); trees that touch each other take turns (`coupled`),
-//! and `rounds` buys accuracy.
+//!     f = −v_t/(ε h λ) within the limit,   ε = 1e-3        (a body at rest on a slope creeps by ε h g sin θ)
+//!
+//! and normals switch on over a small depth ([`super::impedance::onset`]).
+//!
+//! Source: the cost of the normals is MuJoCo's (manual, Computation › Constraint model); friction limited by a normal
+//! force that is found along with it: J. Haslinger, "Approximation of the Signorini problem with friction, obeying the
+//! Coulomb law", Math. Meth. Appl. Sci. 5 (1983), 422–437 (fixed point of Tresca problems).
 
-mod coupled;
-mod drive;
-mod lone;
-
-use self::drive::Recipes;
-use super::Law;
-use super::complementarity::Complementarity;
-use crate::data::{Contact, Data, Meeting};
-use crate::dynamics::free;
-use crate::forward::Method;
-use crate::model::Model;
-use crate::state::{Start, State, Warm};
+use super::cost::{GROUPS, Kind};
+use super::impedance::{PerMix, Reference, clamp, impedance, regularisation, share};
+use super::island::{Island, Solve, Source};
+use super::mujoco::coefficients::inverse_mass;
+use super::newton::{self, Constraint, Into, Outcome, Space, Vectors};
+use super::{Law, Lever, Task};
+use crate::data::{JointRow, JointRowKind, Scratchpad};
+use crate::model::{Cone, Mix};
+use crate::state::Start;
 
 pub static LAW: Law = Law {
     name: "penalty",
-    about: "spring-dampers from solref and solimp, normals solved together, Coulomb friction",
+    about: "spring-dampers from solref and solimp, Coulomb friction against the slip; all forces solved together",
     joints: true,
     start: Start::Forces,
+    lever: Lever::Surface,
     solve,
+    shortcut: None,
 };
 
-/// What the law keeps between steps to avoid allocation; nothing in it carries over but the recipes.
-#[derive(Clone, Debug, Default)]
-pub struct Scratch {
-    recipes: Recipes,
-    blocks: Blocks,
-    solver: Complementarity,
-    coupled: coupled::Coupled,
+/// Residual at which the forces count as solved, relative to the largest acceleration that a normal force causes.
+pub const TOLERANCE: f64 = 1e-11;
+
+/// ε of friction: slip that is left where friction sticks, relative to what the force would do in a step.
+const SLIP: f64 = 1e-9;
+
+/// The same under an implicit integrator.
+const IMPLICIT_SLIP: f64 = 1e-3;
+
+/// What all contacts of a mix have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Coefficients {
+    friction: [f64; 5],
+    solimp: [f64; 5],
+    spring: Reference,
+    margin: f64,
+    /// Depth over which it switches on, m.
+    onset: f64,
+    /// What MuJoCo's pyramid does to R at rest; 1 for other contacts.
+    stiffening: f64,
 }
 
-fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
-    let Data { plan, penalty, contacts, meetings, movers, xmat, qacc, counts, .. } = data;
-    let Scratch { recipes, blocks, solver, .. } = penalty;
-    recipes.refresh(model, method);
-    recall(&state.warm, contacts);
-    blocks.sort(model, recipes, contacts, meetings);
-    data.qfrc_constraint.fill(0.0);
-
-    let mut coupled = plan.joint_rows();
-    for block in &blocks.all {
-        let t = block.trees.0;
-        let (true, Some(free)) = (block.lone, &model.trees[t].free) else {
-            coupled = true;
-            continue;
-        };
-        let contacts = &mut contacts[block.contacts()];
-        let (dofs, root) = (model.trees[t].dofs.clone(), model.trees[t].bodies.start);
-        let task = lone::Task { model, method, recipe: recipes.of(&contacts[0]), mover: &movers[root] };
-        let (change, rows, solves) = task.solve(contacts, solver);
-        counts.rows += rows;
-        counts.solves += solves;
-        let change = if plan.aligned[t] { change } else { free::generalized(free, &xmat[root], &change) };
-        for (qacc, change) in qacc[dofs].iter_mut().zip(change.iter()) {
-            *qacc += change;
-        }
-    }
-    if coupled {
-        coupled::solve(model, method, state, data);
-    }
-}
-
-/// Gives every contact the force that the last step remembered for it; new ones start from nothing.
-///
-/// Both lists have MuJoCo's contact order, so one walk along both finds all.
-fn recall(warm: &[Warm], contacts: &mut [Contact]) {
-    let mut rest = warm;
-    for contact in contacts {
-        let same = |w: &Warm| w.geom == contact.geom && w.feature == contact.feature;
-        // Mostly the next one is it.
-        let at = if rest.first().is_some_and(same) { Some(0) } else { rest.iter().position(same) };
-        if let Some(at) = at {
-            contact.force = rest[at].force;
-            rest = &rest[at + 1..];
+impl Coefficients {
+    fn new(mix: &Mix, task: &Task, onset: f64) -> Coefficients {
+        let opt = &task.model.opt;
+        let solimp = clamp(&mix.solimp);
+        let mu2 = mix.friction[0] * mix.friction[0];
+        let pyramid = opt.cone == Cone::Pyramidal && mix.condim > 1;
+        Coefficients {
+            friction: mix.friction,
+            solimp,
+            spring: Reference::new(&mix.solref, &solimp, task.method.timestep, opt.flags.refsafe),
+            margin: mix.margin,
+            onset,
+            stiffening: if pyramid { mu2 / opt.impratio * (1.0 + mu2) / (mix.condim - 1) as f64 } else { 1.0 },
         }
     }
 }
 
-/// The meetings some of whose contacts push, those between the same two trees one after the other.
-#[derive(Clone, Debug, Default)]
-struct Blocks {
-    all: Vec<Block>,
-    /// Number of blocks that each tree is part of.
-    of_tree: Vec<u32>,
+fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
+    let coefficients = own.get::<PerMix<Coefficients>>().of(task, Coefficients::new);
+    for i in 0..island.sources.len() {
+        match island.sources[i] {
+            Source::Contact(index) => contact(task, coefficients, island, i, index),
+            Source::Joint(index) => joint(task, &task.data.joint_rows[index], &mut island.constraints[i]),
+        }
+    }
+    island.solve(task.model, task.data, Settle { rounds: task.method.rounds })
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Block {
-    /// The lower tree, then the other; none where that geom never moves.
-    trees: (usize, Option<usize>),
-    start: u32,
-    end: u32,
-    /// One free body that touches nothing else that moves, all contacts of one mix and in one frame.
-    lone: bool,
+/// The terms of one contact.
+fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: usize, index: usize) {
+    let Task { model, data, method, .. } = *task;
+    let contact = &data.contacts[index];
+    let own = &coefficients[contact.mix as usize];
+    let inverse = if model.opt.flags.diagexact {
+        island.inverse_mass(model, data, i, [1.0, 0.0])
+    } else {
+        inverse_mass(model, contact)
+    };
+    let c = &mut island.constraints[i];
+    let r = contact.dist - own.margin;
+    let d = impedance(&own.solimp, r) * share(-r, own.onset);
+    c.force = contact.force;
+    c.cone.kind = Kind::Coulomb;
+    c.cone.mu[1..].copy_from_slice(&own.friction);
+    c.cone.d[0] = 1.0 / (regularisation(d, inverse) * own.stiffening);
+    c.bias[0] = -own.spring.acceleration(d, r, c.velocity[0]);
+    c.inverse[0] = inverse;
+    if c.cone.dim == 1 {
+        return;
+    }
+    for side in 0..2 {
+        let lever = contact.pos - data.movers[contact.body[side] as usize].com;
+        let [linear, angular] = model.bodies[model.geoms[contact.geom[side] as usize].body].invweight0;
+        c.inverse[1] += linear + angular * lever.norm_squared();
+        c.inverse[2] += angular;
+    }
+    c.inverse[3] = c.inverse[2];
+    friction(method.timestep, method.integrator.implicit, 1, c);
 }
 
-impl Block {
-    fn contacts(&self) -> std::ops::Range<usize> {
-        self.start as usize..self.end as usize
+/// A joint limit or dry friction.
+fn joint(task: &Task, row: &JointRow, c: &mut Constraint) {
+    super::mujoco::joint(row, c);
+    c.inverse[0] = row.inverse;
+    c.force[0] = row.force;
+    if row.kind == JointRowKind::DryFriction {
+        let h = task.method.timestep;
+        let implicit = task.method.integrator.implicit;
+        c.bias[0] = c.velocity[0] / h;
+        c.cone.d[0] = 1.0 / (if implicit { IMPLICIT_SLIP } else { SLIP } * row.inverse);
+        c.cone.frozen = usize::from(implicit);
     }
 }
 
-impl Blocks {
-    fn sort(&mut self, model: &Model, recipes: &Recipes, contacts: &[Contact], meetings: &[Meeting]) {
-        let Blocks { all, of_tree } = self;
-        all.clear();
-        of_tree.clear();
-        of_tree.resize(model.trees.len(), 0);
-        for &Meeting { body, start, end, alike } in meetings {
-            let met = &contacts[start as usize..end as usize];
-            let trees = match body.map(|b| model.bodies[b as usize].tree) {
-                [Some(a), Some(b)] => (a.min(b), Some(a.max(b))),
-                [Some(t), None] | [None, Some(t)] => (t, None),
-                [None, None] => continue,
-            };
-            if !met.iter().any(|c| recipes.of(c).reaches(c)) {
-                continue;
+/// D and bias of the friction rows of a contact, from `first` on.
+fn friction(timestep: f64, implicit: bool, first: usize, c: &mut Constraint) {
+    let slip = if implicit { IMPLICIT_SLIP } else { SLIP };
+    c.cone.frozen = if implicit { c.cone.dim - first } else { 0 };
+    for k in first..c.cone.dim {
+        c.bias[k] = c.velocity[k] / timestep;
+    }
+    for (group, &inverse) in GROUPS.into_iter().zip(&c.inverse[1..]) {
+        let mu = c.cone.mu[group.start];
+        // Nothing that could move has no friction.
+        let d = if inverse > 0.0 { 1.0 / (slip * inverse * mu * mu) } else { 0.0 };
+        group.for_each(|k| c.cone.d[k] = d);
+    }
+}
+
+/// Newton's method with limits that follow the normal forces.
+struct Settle {
+    rounds: usize,
+}
+
+impl Solve for Settle {
+    type Outcome = Outcome;
+
+    fn solve<S: Space>(self, space: &mut S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint]) -> Outcome {
+        let mut outcome = Outcome { iterations: 0, residual: residual(space, v, constraints) };
+        if outcome.residual <= TOLERANCE {
+            v.a.as_mut().copy_from_slice(v.mp.as_ref());
+            return outcome;
+        }
+        constraints.iter_mut().for_each(|c| c.cone.limit = c.force[0]);
+        v.a.as_mut().copy_from_slice(v.mp.as_ref());
+        newton::begin(space, v, constraints);
+        let mut follows = false;
+        while outcome.iterations < self.rounds {
+            outcome.iterations += 1;
+            let Some(settled) = newton::iterate(space, v, constraints) else { break };
+            if settled {
+                outcome.residual = residual(space, v, constraints);
+                if outcome.residual <= TOLERANCE {
+                    break;
+                }
+                limit(constraints, follows);
+                newton::refresh(space, v, constraints);
             }
-            of_tree[trees.0] += 1;
-            trees.1.into_iter().for_each(|t| of_tree[t] += 1);
-            let free = trees.1.is_none() && model.trees[trees.0].free.is_some();
-            all.push(Block { trees, start, end, lone: free && alike && met.len() <= lone::MOST });
+            follows = settled;
         }
-        all.sort_unstable();
-        for block in all {
-            block.lone &= of_tree[block.trees.0] == 1;
+        if outcome.residual > TOLERANCE {
+            outcome.residual = residual(space, v, constraints);
         }
+        v.a.as_mut().copy_from_slice(v.mp.as_ref());
+        outcome
     }
+}
+
+/// Lets the limits of friction L follow the normal forces n: L ← n, a fixed-point iteration.
+///
+/// Where one such change `follows` another, on the same pieces of the cost, a secant through both finds where it leads
+/// (Anderson acceleration of depth one):
+///
+///     r = n − L,   β = r·Δr/|Δr|²,   L ← n − β Δn          Δ: change since the last time
+///
+/// Source: H. Walker, P. Ni, Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49 (2011).
+fn limit(constraints: &mut [Constraint], follows: bool) {
+    let (mut along, mut square) = (0.0, 0.0);
+    for c in constraints.iter() {
+        let residual = c.force[0] - c.cone.limit;
+        let change = residual - c.last[1];
+        along += residual * change;
+        square += change * change;
+    }
+    let beta = if follows && square > 0.0 { along / square } else { 0.0 };
+    for c in constraints {
+        let (n, residual) = (c.force[0], c.force[0] - c.cone.limit);
+        c.cone.limit = (n - beta * (n - c.last[0])).max(0.0);
+        c.last = [n, residual];
+    }
+}
+
+/// By how much the forces differ from what their formulas ask for under the acceleration that they cause together: the
+/// largest difference, as an acceleration, relative to the largest acceleration that a normal force causes.
+///
+/// Writes: that acceleration into `v.mp`.
+fn residual<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint]) -> f64 {
+    newton::accelerate(space, v, constraints);
+    space.multiply_j(&v.mp, Into::Y, constraints);
+    let (mut most, mut scale) = (0.0f64, 0.0f64);
+    for c in constraints.iter() {
+        let x: [f64; 6] = std::array::from_fn(|k| c.y[k] + c.bias[k]);
+        most = most.max(c.cone.misfit(&x, &c.force, &c.inverse));
+        // Rounding of v/h and of a_ref is no residual.
+        scale = scale.max(c.inverse[0] * c.force[0].abs()).max(1e-4 * c.bias.iter().fold(0.0, |m, b| b.abs().max(m)));
+    }
+    if most == 0.0 { 0.0 } else { most / scale }
 }

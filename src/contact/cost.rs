@@ -7,6 +7,8 @@
 //! its x is kept edge by edge ([`Spread`]): on an edge that pushes it is R f, 4e-10 m/s² in the disk, and the sum of
 //! two components of 1e2 m/s² would leave four digits of it.
 //!
+//! Coulomb friction under a given normal force n, the `penalty` law's, is a cost of its own ([`Kind::Coulomb`]).
+//!
 //! Source: MuJoCo 4.0 manual, Computation › Constraint model and Solver › Primal problem; the elliptic cost from
 //! minimising over the cone in closed form.
 
@@ -23,6 +25,13 @@ pub enum Kind {
     /// s depends on where x lies: nothing inside the cone, quadratic far outside, and between these
     /// s = D (N − μ̃T)² / (2 μ̃² (1 + μ̃²)) with N = μ̃x₀, T = |μⱼxⱼ|.
     Ellipse,
+    /// Normal and friction do not feel each other: D₀/2 min(x₀, 0)² for the normal, and for each of sliding, spinning
+    /// and rolling Huber's function of the slip, quadratic up to the force that `limit` allows, a cone above:
+    ///
+    ///     s = D/2 T²  for D T ≤ n,     n T − n²/(2 D)  beyond,     T = |μⱼxⱼ| over the rows of the group
+    ///
+    /// with n the normal force `limit`. Its force −∂s/∂xⱼ is at most μⱼ n and opposes the slip.
+    Coulomb,
 }
 
 /// A constraint's cost function.
@@ -32,11 +41,20 @@ pub struct Cone {
     /// Components of x that count: 1, 3, 4 or 6.
     pub dim: usize,
     /// Inverse regularisations D = 1/R, kg (kg m² for angles). A pyramid has one for all its edges, in `d[0]`.
+    ///
+    /// The friction rows of [`Kind::Coulomb`] hold D of their group, of the slip times its coefficient.
     pub d: [f64; 6],
     /// Friction coefficients beside the components they belong to. In `mu[0]` a pyramid has nothing, an ellipse
     /// its regularised coefficient μ̃ = μ₁ √(R₁/R₀), dry friction its largest force.
     pub mu: [f64; 6],
+    /// The normal force by which [`Kind::Coulomb`] limits friction, N.
+    pub limit: f64,
+    /// Rows from here to `dim` do not feel the acceleration: their x is the bias. (Counted from the end: 0 for none.)
+    pub frozen: usize,
 }
+
+/// The friction rows of a contact that share a limit: sliding, spinning, rolling.
+pub const GROUPS: [std::ops::Range<usize>; 3] = [1..3, 3..4, 4..6];
 
 /// x, or its change, as s(x) takes it: component by component; of a pyramid edge by edge, n + μ₁t₁, n − μ₁t₁, n + μ₂t₂ …
 pub type Spread = [f64; 10];
@@ -47,6 +65,8 @@ pub type Zone = u16;
 const OUTSIDE: Zone = 0;
 const BETWEEN: Zone = 1;
 const INSIDE: Zone = 2;
+/// Of [`Kind::Coulomb`]: sliding or rolling at the limit. (Bit 0: pushes; bit of a group's first row: at its limit.)
+const TURNS: Zone = 1 << 1 | 1 << 4;
 
 /// Second derivatives of s(x), a symmetric matrix C.
 pub enum Curvature {
@@ -55,13 +75,15 @@ pub enum Curvature {
     /// Diagonal, and the first row (from its second number on), which is also the first column.
     Arrow([f64; 6], [f64; 6]),
     Full([[f64; 6]; 6]),
+    /// Diagonal, and the elements between the two sliding and between the two rolling rows.
+    Pairs([f64; 6], [f64; 2]),
 }
 
 impl Curvature {
     /// Row k of C J, for rows J of fixed length; `None` where the row of C is zero, as for friction that does not push.
     #[inline]
     pub fn times<const N: usize>(&self, k: usize, rows: &[[f64; N]]) -> Option<[f64; N]> {
-        if let Curvature::Diagonal(d) | Curvature::Arrow(d, _) = self
+        if let Curvature::Diagonal(d) | Curvature::Arrow(d, _) | Curvature::Pairs(d, _) = self
             && d[k] == 0.0
         {
             return None;
@@ -81,6 +103,12 @@ impl Curvature {
                     add(first[k], &rows[0]);
                 } else {
                     (1..rows.len()).filter(|&j| first[j] != 0.0).for_each(|j| add(first[j], &rows[j]));
+                }
+            }
+            Curvature::Pairs(d, off) => {
+                add(d[k], &rows[k]);
+                if let Some((other, which)) = [None, Some((2, 0)), Some((1, 0)), None, Some((5, 1)), Some((4, 1))][k] {
+                    add(off[which], &rows[other]);
                 }
             }
             Curvature::Full(full) => (0..rows.len()).for_each(|j| add(full[k][j], &rows[j])),
@@ -140,7 +168,77 @@ impl Cone {
             }
             Kind::Pyramid => self.cost_of_pyramid(x, force),
             Kind::Ellipse => self.cost_of_ellipse(x, force),
+            Kind::Coulomb => self.cost_of_coulomb(x, force),
         }
+    }
+
+    #[inline]
+    fn cost_of_coulomb(&self, x: &Spread, force: &mut [f64; 6]) -> (f64, Zone) {
+        let normal = x[0].min(0.0);
+        force[0] = -self.d[0] * normal;
+        let (mut cost, mut zone) = (0.5 * self.d[0] * normal * normal, Zone::from(normal < 0.0));
+        for group in self.groups() {
+            let (d, square) = (self.d[group.start], self.square(x, &group));
+            if d * d * square <= self.limit * self.limit {
+                group.for_each(|k| force[k] = -d * self.mu[k] * self.mu[k] * x[k]);
+                cost += 0.5 * d * square;
+            } else {
+                let t = square.sqrt();
+                zone |= 1 << group.start;
+                group.for_each(|k| force[k] = -self.limit / t * self.mu[k] * self.mu[k] * x[k]);
+                cost += self.limit * (t - 0.5 * self.limit / d);
+            }
+        }
+        (cost, zone)
+    }
+
+    /// By how much forces differ from −∂s/∂x, as an acceleration, m/s² (or rad/s²).
+    ///
+    ///     λ |f − f⁺|,     normal: f⁺ = max(0, f − (x + R f)/λ),     friction: f⁺ = f − (x + R f)/λ brought back to μ f₀
+    ///
+    /// with R = 1/D. f⁺ is f if and only if f solves the equations, and the difference is well conditioned however stiff they are.
+    ///
+    /// In: `inverse` masses of the normal and of each group of friction; for [`Kind::OneSided`], [`Kind::Dry`] and
+    /// [`Kind::Coulomb`].
+    pub fn misfit(&self, x: &[f64; 6], force: &[f64; 6], inverse: &[f64; 4]) -> f64 {
+        if self.kind == Kind::Dry {
+            let wanted = force[0] - (x[0] + force[0] / self.d[0]) / inverse[0];
+            return inverse[0] * (force[0] - wanted.clamp(-self.mu[0], self.mu[0])).abs();
+        }
+        let mut most = (x[0] + force[0] / self.d[0]).min(inverse[0] * force[0]).abs();
+        for (group, inverse) in self.groups().zip(&inverse[1..]) {
+            let (d, mu) = (self.d[group.start], self.mu[group.start]);
+            if d == 0.0 {
+                continue;
+            }
+            let inverse = inverse * mu * mu;
+            // In slips and forces scaled by the rows' coefficients the limit is a circle.
+            let mut square = 0.0;
+            let mut wanted = [0.0; 2];
+            for (wanted, k) in wanted.iter_mut().zip(group.clone()) {
+                let f = force[k] / self.mu[k];
+                *wanted = f - (self.mu[k] * x[k] + f / d) / inverse;
+                square += *wanted * *wanted;
+            }
+            let scale = if square > force[0] * force[0] { force[0] / square.sqrt() } else { 1.0 };
+            for (wanted, k) in wanted.iter().zip(group) {
+                most = most.max(inverse / mu * (force[k] / self.mu[k] - wanted * scale).abs());
+            }
+        }
+        most
+    }
+
+    /// The groups of friction rows that there are.
+    #[inline(always)]
+    fn groups(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
+        let dim = self.dim;
+        GROUPS.into_iter().take_while(move |group| group.end <= dim)
+    }
+
+    /// T² of a group of friction rows.
+    #[inline(always)]
+    fn square(&self, x: &Spread, group: &std::ops::Range<usize>) -> f64 {
+        group.clone().map(|k| self.mu[k] * self.mu[k] * x[k] * x[k]).sum()
     }
 
     #[inline]
@@ -220,7 +318,12 @@ impl Cone {
     /// Whether s is quadratic (or linear) throughout a zone.
     #[inline]
     pub fn is_quadratic(&self, zone: Zone) -> bool {
-        self.kind != Kind::Ellipse || zone != BETWEEN
+        match self.kind {
+            Kind::Ellipse => zone != BETWEEN,
+            // Friction in a plane turns with the slip.
+            Kind::Coulomb => zone & TURNS == 0 || self.limit == 0.0,
+            _ => true,
+        }
     }
 
     /// First and second derivative of s(x + α y) with respect to α.
@@ -251,7 +354,30 @@ impl Cone {
                 (d * (first[0] + first[1]), d * (second[0] + second[1]))
             }
             Kind::Ellipse => self.along_ellipse(x, y, alpha),
+            Kind::Coulomb => self.along_coulomb(x, y, alpha),
         }
+    }
+
+    fn along_coulomb(&self, x: &Spread, y: &Spread, alpha: f64) -> (f64, f64) {
+        let z: Spread = std::array::from_fn(|k| x[k] + alpha * y[k]);
+        let (mut first, mut second) = (0.0, 0.0);
+        if z[0] < 0.0 {
+            (first, second) = (self.d[0] * z[0] * y[0], self.d[0] * y[0] * y[0]);
+        }
+        for group in self.groups() {
+            let (d, square, rate) = (self.d[group.start], self.square(&z, &group), self.square(y, &group));
+            let turn: f64 = group.map(|k| self.mu[k] * self.mu[k] * z[k] * y[k]).sum();
+            if d * d * square <= self.limit * self.limit {
+                first += d * turn;
+                second += d * rate;
+            } else {
+                let t = square.sqrt();
+                first += self.limit * turn / t;
+                // T'' = (|v|² − (u·v)²/T²)/T
+                second += self.limit * (rate - turn * turn / square).max(0.0) / t;
+            }
+        }
+        (first, second)
     }
 
     fn along_ellipse(&self, x: &Spread, y: &Spread, alpha: f64) -> (f64, f64) {
@@ -292,11 +418,39 @@ impl Cone {
         let d = self.d[0];
         match self.kind {
             Kind::OneSided if x[0] < 0.0 => Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0]),
-            Kind::Dry if (d * x[0]).abs() < self.mu[0] => Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            Kind::Dry if self.frozen == 0 && (d * x[0]).abs() < self.mu[0] => {
+                Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0])
+            }
             Kind::OneSided | Kind::Dry => Curvature::Zero,
             Kind::Pyramid => self.curvature_of_pyramid(x),
             Kind::Ellipse => self.curvature_of_ellipse(x),
+            Kind::Coulomb => self.curvature_of_coulomb(x),
         }
+    }
+
+    #[inline]
+    fn curvature_of_coulomb(&self, x: &Spread) -> Curvature {
+        let (mut diagonal, mut off) = ([0.0; 6], [0.0; 2]);
+        if x[0] < 0.0 {
+            diagonal[0] = self.d[0];
+        }
+        if self.frozen > 0 {
+            return Curvature::Diagonal(diagonal);
+        }
+        for (i, group) in self.groups().enumerate() {
+            let (d, square) = (self.d[group.start], self.square(x, &group));
+            let weight = |k: usize| self.mu[k] * self.mu[k];
+            if d * d * square <= self.limit * self.limit {
+                group.for_each(|k| diagonal[k] = d * weight(k));
+            } else if group.len() == 2 {
+                // n T'' = n/T (μ² − w wᵀ),  wₖ = μₖ²xₖ/T
+                let (a, b, turn) = (group.start, group.start + 1, self.limit / square.sqrt());
+                diagonal[a] = turn * weight(a) * weight(b) * x[b] * x[b] / square;
+                diagonal[b] = turn * weight(a) * weight(b) * x[a] * x[a] / square;
+                off[i / 2] = -turn * weight(a) * weight(b) * x[a] * x[b] / square;
+            }
+        }
+        Curvature::Pairs(diagonal, off)
     }
 
     #[inline]
@@ -368,9 +522,13 @@ mod tests {
             [-2.0, 0.1, 0.1, 0.1, 0.1, 0.1],
         ];
         let mut cases = Vec::new();
-        for (kind, dims) in
-            [(Kind::OneSided, &[1][..]), (Kind::Dry, &[1]), (Kind::Pyramid, &[3, 4, 6]), (Kind::Ellipse, &[3, 4, 6])]
-        {
+        for (kind, dims) in [
+            (Kind::OneSided, &[1][..]),
+            (Kind::Dry, &[1]),
+            (Kind::Pyramid, &[3, 4, 6]),
+            (Kind::Ellipse, &[3, 4, 6]),
+            (Kind::Coulomb, &[1, 3, 4, 6]),
+        ] {
             for &dim in dims {
                 for x in points {
                     // On an elliptic cone the pieces of s only meet if Rⱼ μⱼ² is the same for all friction rows.
@@ -380,7 +538,10 @@ mod tests {
                             d[j] = d[0] * mu[j] * mu[j] / (mu[0] * mu[0]);
                         }
                     }
-                    cases.push((Cone { kind, dim, d, mu }, x));
+                    if kind == Kind::Coulomb {
+                        (d[2], d[5]) = (d[1], d[4]);
+                    }
+                    cases.push((Cone { kind, dim, d, mu, limit: 0.8, frozen: 0 }, x));
                 }
             }
         }
@@ -440,6 +601,13 @@ mod tests {
             let (_, f) = cost(&cone, &x);
             let used: f64 = match cone.kind {
                 Kind::OneSided => 0.0,
+                Kind::Coulomb => {
+                    for group in cone.groups() {
+                        let used = group.map(|k| (f[k] / cone.mu[k]).powi(2)).sum::<f64>().sqrt();
+                        assert!(used <= cone.limit * (1.0 + 1e-12), "{cone:?} {x:?}: {f:?}");
+                    }
+                    continue;
+                }
                 Kind::Dry => {
                     assert!(f[0].abs() <= cone.mu[0]);
                     continue;

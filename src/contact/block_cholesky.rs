@@ -8,7 +8,7 @@
 
 /// H = Uᵀ U. Block row k of U holds the diagonal block and those to its right, each row-major.
 #[derive(Clone, Debug, Default)]
-pub struct Blocks {
+pub struct BlockCholesky {
     /// Size of each block row, and its place in a vector: in the caller's numbering.
     n: Vec<usize>,
     at: Vec<usize>,
@@ -30,7 +30,7 @@ pub struct Blocks {
 /// Block rows up to which there is room for a full factor from the start; beyond, it grows as it must.
 const FULL: usize = 64;
 
-impl Blocks {
+impl BlockCholesky {
     /// Makes room for that many block rows with that many rows in all.
     pub fn reserve(&mut self, count: usize, size: usize) {
         for list in [&mut self.n, &mut self.at, &mut self.order, &mut self.rank] {
@@ -104,7 +104,7 @@ impl Blocks {
 
     /// Orders the blocks of a row as their columns are eliminated, and lays them out anew.
     fn sort_by_rank(&mut self, from: usize, to: usize, k: usize) {
-        let Blocks { column, rank, offset, n, order, .. } = self;
+        let BlockCholesky { column, rank, offset, n, order, .. } = self;
         column[from..to].sort_unstable_by_key(|&j| rank[j]);
         for b in from..to {
             offset[b] = offset[b - 1] + n[order[k]] * n[column[b - 1]];
@@ -132,7 +132,7 @@ impl Blocks {
         }
     }
 
-    /// Where block (i, j) starts in [`Blocks::values`], and whether it is stored as (j, i) instead.
+    /// Where block (i, j) starts in [`BlockCholesky::values`], and whether it is stored as (j, i) instead.
     pub fn place(&self, i: usize, j: usize) -> (usize, bool) {
         let (ri, rj) = (self.rank[i], self.rank[j]);
         let (k, other, swapped) = if ri <= rj { (ri, rj, false) } else { (rj, ri, true) };
@@ -358,7 +358,7 @@ mod tests {
         let total: usize = sizes.iter().sum();
         let at: Vec<usize> = sizes.iter().scan(0, |sum, n| Some(std::mem::replace(sum, *sum + n))).collect();
         let mut dense = nalgebra::DMatrix::<f64>::identity(total, total) * 9.0;
-        let mut blocks = Blocks::default();
+        let mut blocks = BlockCholesky::default();
         blocks.reset(sizes.iter().copied());
         for &(i, j) in &pairs {
             blocks.connect(i, j);

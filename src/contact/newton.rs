@@ -2,17 +2,22 @@
 //!
 //!     a = argmin ½ (a − a₀)ᵀ M (a − a₀) + Σ s(J a − a_ref)
 //!
-//! a₀ is the acceleration without constraints, s the cost of each constraint ([`cone`](super::cone)). The cost is
+//! a₀ is the acceleration without constraints, s the cost of each constraint ([`cost`](super::cost)). The cost is
 //! strongly convex, so there is one minimum, whatever the start; the constraint forces are f = −∂s/∂x there.
 //!
 //! Source: MuJoCo 4.0 manual, Computation › Solver › Primal problem, Algorithms.
 
-use super::cone::{Cone, Spread, Zone};
+use super::cost::{Cone, Spread, Zone};
 
 /// One cone of constraint: a contact, a joint limit, or the dry friction of a degree of freedom.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Constraint {
     pub cone: Cone,
+    /// J v, m/s and rad/s.
+    pub velocity: [f64; 6],
+    /// Inverse masses that the normal, sliding, spinning and rolling meet, or estimates of them: 1/kg, 1/kg, 1/(kg m²)
+    /// twice. What a residual is measured by.
+    pub inverse: [f64; 4],
     /// −a_ref: x = J a + bias.
     pub bias: [f64; 6],
     /// J a − a_ref at the current a, and its change J p along the search direction.
@@ -21,12 +26,17 @@ pub struct Constraint {
     /// −∂s/∂x at `x`: N, N m.
     pub force: [f64; 6],
     pub zone: Zone,
+    /// Normal force, and by how much it differed from `cone.limit`, when that was last changed, N.
+    pub last: [f64; 2],
 }
 
 impl Constraint {
     /// Takes J v into x or y.
     #[inline]
     pub fn set(&mut self, into: Into, mut product: [f64; 6]) {
+        if self.cone.frozen > 0 {
+            product[self.cone.dim - self.cone.frozen..].fill(0.0);
+        }
         match into {
             Into::X => {
                 (0..self.cone.dim).for_each(|k| product[k] += self.bias[k]);
@@ -161,6 +171,17 @@ fn pull<S: Space>(space: &S, v: &mut Vectors<S::Vector>) {
     space.multiply_m(&v.p, &mut v.pull);
 }
 
+/// a₀ + M⁻¹ Jᵀ f: the acceleration that the constraints' forces cause, into `v.mp`.
+#[inline]
+pub fn accelerate<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Constraint]) {
+    v.mp.as_mut().fill(0.0);
+    space.subtract_forces(constraints, &mut v.mp);
+    space.divide_m(&mut v.mp);
+    for (a, smooth) in v.mp.as_mut().iter_mut().zip(v.smooth.as_ref()) {
+        *a = smooth - *a;
+    }
+}
+
 /// Minimises the cost. On return `v.a` is the minimum and `v.pull` M (a − a₀); constraints hold their forces.
 ///
 /// A warm start that is good enough is taken as it is: the cost has at least the curvature M, hence
@@ -205,6 +226,50 @@ fn start_at_smooth<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints:
     v.pull.as_mut().fill(0.0);
     gradient(space, v, constraints)
 }
+
+/// Evaluates the constraints at `v.a`: where [`iterate`] begins.
+pub fn begin<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint]) {
+    evaluate(space, &v.a, constraints);
+    pull(space, v);
+    gradient(space, v, constraints);
+}
+
+/// The same, at the x that the constraints have, after a change of their costs.
+pub fn refresh<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint]) {
+    forces(constraints);
+    gradient(space, v, constraints);
+}
+
+/// One Newton step with line search. Out: whether it left every constraint on its piece of the cost, or was no more than
+/// rounding; `None` where nothing leads further down.
+pub fn iterate<S: Space>(space: &mut S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint]) -> Option<bool> {
+    let energy = dot(v.pull.as_ref(), v.a.as_ref()) - dot(v.pull.as_ref(), v.smooth.as_ref());
+    space.newton(constraints, &v.gradient, &mut v.p);
+    let promise = -dot(v.gradient.as_ref(), v.p.as_ref());
+    if promise.is_nan() || promise <= 0.0 {
+        return None;
+    }
+    for (a, p) in v.a.as_mut().iter_mut().zip(v.p.as_ref()) {
+        *a += p;
+    }
+    space.multiply_j(&v.p, Into::Y, constraints);
+    let point = evaluate_further(1.0, constraints);
+    let mut same = point.same;
+    let tiny = promise <= TINY * energy;
+    if !tiny
+        && !(point.same && point.quadratic)
+        && let Some(back) = take_back(space, v, constraints, promise)
+    {
+        same &= evaluate_further(back, constraints).same;
+    }
+    pull(space, v);
+    gradient(space, v, constraints);
+    Some(same || tiny)
+}
+
+/// Part of (a − a₀)ᵀ M (a − a₀) below which a promised improvement is taken without looking along the line: the slopes
+/// there would be rounding.
+const TINY: f64 = 1e-20;
 
 /// Newton's method from `v.a`, where `constraints`, `v.pull` and `v.gradient` have been evaluated.
 fn descend<S: Space>(
