@@ -27,7 +27,8 @@ const CHAOTIC: f64 = 1e-8;
 /// The share of scenes that may be left out.
 const MOST_LEFT_OUT: f64 = 0.03;
 
-const CLOSED_FORMS: Recipe = Recipe { touch: closed_form, statics: true, gravity: true, round: false, gap: -1e-3 };
+const CLOSED_FORMS: Recipe =
+    Recipe { touch: closed_form, statics: true, gravity: true, round: false, gap: -1e-3, cone: "elliptic" };
 struct Way {
     name: &'static str,
     order: fn(&mut Vec<Thing>),

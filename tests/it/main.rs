@@ -4,6 +4,8 @@ mod bad_input;
 mod cli;
 mod collision;
 mod compile;
+mod conservation;
+mod contact_forces;
 mod explain;
 mod extremes;
 mod invariance;

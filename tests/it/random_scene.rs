@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use penny::collision::{collider, exact};
-use penny::data::Data;
 use penny::math::{Mat3, Quat, Vec3, exp, mat, quat, vec3, wxyz};
 use penny::model::GeomKind;
 
@@ -83,6 +82,8 @@ pub struct Recipe {
     pub round: bool,
     /// The least gap at the start, m.
     pub gap: f64,
+    /// The MJCF keyword.
+    pub cone: &'static str,
 }
 
 impl Recipe {
@@ -200,21 +201,19 @@ impl Scene {
     fn deepest(&self, recipe: &Recipe) -> f64 {
         let mut near = self.clone();
         near.things.iter_mut().flat_map(|t| &mut t.shapes).for_each(|s| s.margin = 0.005);
-        let mut sim = near.sim("mujoco", Joints::Free, recipe);
-        let mut data = Data::new(&sim.model);
-        penny::dynamics::kinematics(&sim.model, &sim.state.qpos, &mut data);
-        penny::collision::detect(&sim.model, &mut data);
-        sim.data = data;
-        sim.data.contacts.iter().map(|c| c.dist).fold(0.01, f64::min)
+        let Sim { model, state, mut data, .. } = near.sim("mujoco", Joints::Free, recipe);
+        penny::dynamics::kinematics(&model, &state.qpos, &mut data);
+        penny::collision::detect(&model, &mut data);
+        data.contacts.iter().map(|c| c.dist).fold(0.01, f64::min)
     }
 
     /// The scene as MJCF. Every number is written with all its digits.
     pub fn xml(&self, joints: Joints, recipe: &Recipe) -> String {
         let g = self.gravity;
         let mut xml = format!(
-            "<mujoco><option timestep='0.001' tolerance='0' cone='elliptic' gravity='{} {} {}'/>\n\
+            "<mujoco><option timestep='0.001' tolerance='1e-18' cone='{}' gravity='{} {} {}'/>\n\
              <custom><numeric name='penny.alpha' data='2'/></custom><worldbody>\n",
-            g.x, g.y, g.z
+            recipe.cone, g.x, g.y, g.z
         );
         for thing in &self.things {
             // A moving body is at the world's origin in `qpos0`: then slides and a ball have a free joint's numbers.
