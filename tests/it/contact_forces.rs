@@ -224,3 +224,34 @@ fn a_tower_of_eight_cubes_stands() {
     assert!(speed(&sim) < 1e-6, "{:?}", sim.state.qvel);
     assert!(sim.state.qpos.chunks(7).all(|q| q[0].abs() < 1e-6 && q[1].abs() < 1e-6), "{:?}", sim.state.qpos);
 }
+
+/// A turret that stands exactly on its base turns freely, as in MuJoCo: there is no contact.
+#[test]
+fn a_turret_on_its_base_turns_freely() {
+    let box_base = "type='box' size='.1 .1 .05' pos='0 0 .05'";
+    let post = "type='cylinder' size='.1 .05' pos='0 0 .05'";
+    for (base, law) in [box_base, post].into_iter().flat_map(|base| contact::ALL.iter().map(move |law| (base, law))) {
+        let xml = format!(
+            "<mujoco><worldbody><geom {base}/>
+             <body pos='0 0 .15'><joint axis='0 0 1'/><geom type='cylinder' size='.04 .05'/></body></worldbody></mujoco>"
+        );
+        let mut sim = Sim::law(&xml, law.name);
+        sim.state.qvel[0] = 1.0;
+        sim.run(3.0);
+        assert_eq!(sim.state.qvel, [1.0], "{}, {base}", law.name);
+    }
+}
+
+/// One step of a can that slides on a table, at MuJoCo's four points: its velocity to the digits that are given.
+#[test]
+fn a_can_slides_on_a_table_as_in_mujoco() {
+    let xml = "<mujoco><option tolerance='0'/><worldbody><geom type='box' size='.2 .2 .15' pos='0 0 .15'/>
+        <body pos='0 0 .3999'><freejoint/><geom type='cylinder' size='.05 .1'/></body></worldbody></mujoco>";
+    let mut sim = Sim::law(xml, "mujoco");
+    sim.state.qvel[0] = 0.1;
+    sim.step();
+    let expected = [0.0882821507, 0.0005368929, 0.0020585117, -0.0087511093, 0.0770582699, 0.0085349970];
+    for (ours, theirs) in sim.state.qvel.iter().zip(expected) {
+        assert!((ours - theirs).abs() < 1e-9, "{:?}", sim.state.qvel);
+    }
+}
