@@ -18,7 +18,7 @@ const PARALLEL: f64 = 1e-8;
 /// A cap that leans by less than this (sine) lies flat.
 const FLAT: f64 = 1e-6;
 /// cos and sin of 22.5°.
-const RIM: [f64; 2] = [0.923879532511286756, 0.382683432365089772];
+const RIM: [f64; 2] = [0.923_879_532_511_286_7, 0.382_683_432_365_089_8];
 
 /// The feature of a shape that faces a direction.
 pub(super) enum Facing {

@@ -9,7 +9,9 @@ use penny::contact;
 use penny::math::exp;
 use penny::model::GeomKind;
 
-use crate::random_scene::{Isometry, Joints, KINDS, Motion, Random, Recipe, Scene, Thing, closed_form, difference};
+use crate::random_scene::{
+    Isometry, Joints, KINDS, Motion, Random, Recipe, Scene, Thing, closed_form, difference, iterated,
+};
 use crate::sim::Sim;
 
 const SCENES: u64 = 200;
@@ -24,14 +26,14 @@ const TOLERANCE: f64 = 1e-9;
 /// Measured under the `mujoco` law; for `tutorial` under itself, because the sign in its torques is not continuous and
 /// its friction, where steep, overshoots.
 const CHAOTIC: f64 = 1e-8;
-/// The share of scenes that may be left out.
-const MOST_LEFT_OUT: f64 = 0.03;
 
 const CLOSED_FORMS: Recipe =
     Recipe { touch: closed_form, statics: true, gravity: true, round: false, gap: -1e-3, cone: "elliptic" };
+const ITERATED: Recipe = Recipe { touch: iterated, ..CLOSED_FORMS };
+
 struct Way {
     name: &'static str,
-    order: fn(&mut Vec<Thing>),
+    order: fn(&mut [Thing]),
     isometry: fn(&mut Random) -> Isometry,
     joints: Joints,
 }
@@ -48,7 +50,7 @@ const WAYS: [Way; 6] = [
 ];
 
 /// Bodies and their geoms.
-fn reverse(things: &mut Vec<Thing>) {
+fn reverse(things: &mut [Thing]) {
     things.reverse();
     things.iter_mut().for_each(|t| t.shapes.reverse());
 }
@@ -113,7 +115,7 @@ struct Tally {
 }
 
 /// Every law on every scene in every way.
-fn compare(recipe: &Recipe, scenes: u64, tolerance: f64) -> Outcome {
+fn compare(recipe: &Recipe, scenes: u64, limit: f64, tolerance: f64) -> Outcome {
     let chaotic = vec![0; contact::ALL.len()];
     let mut outcome = Outcome { scenes: scenes as usize, chaotic, ..Outcome::default() };
     let Outcome { idle, chaotic, tallies, met, .. } = &mut outcome;
@@ -128,7 +130,7 @@ fn compare(recipe: &Recipe, scenes: u64, tolerance: f64) -> Outcome {
         its.into_iter().for_each(|(pair, times)| *met.entry(pair).or_default() += times);
         let mut calm = |name: &str| {
             let law = contact::ALL.iter().position(|law| law.name == name).expect("law");
-            growth(&scene, name, &runs[law], recipe, &mut random) <= CHAOTIC
+            growth(&scene, name, &runs[law], recipe, &mut random) <= limit
         };
         let [soft, tutorial] = ["mujoco", "tutorial"].map(&mut calm);
         for (l, (law, plain)) in contact::ALL.iter().zip(&runs).enumerate() {
@@ -154,11 +156,13 @@ fn compare(recipe: &Recipe, scenes: u64, tolerance: f64) -> Outcome {
 }
 
 impl Outcome {
-    fn check(&self) {
-        let most = (MOST_LEFT_OUT * self.scenes as f64) as usize;
+    /// In: the share of scenes that may be left out, and that of the others that has to agree.
+    fn check(&self, left_out: f64, agreeing: f64) {
+        let most = (left_out * self.scenes as f64) as usize;
         assert!(self.chaotic.iter().all(|&n| n <= most), "too many scenes are chaotic\n{self}");
         assert!(self.idle <= most, "nothing touches in too many scenes\n{self}");
-        let agree = self.tallies.iter().all(|((l, _), t)| t.agree == self.scenes - self.chaotic[*l]);
+        let least = |l: usize| (agreeing * (self.scenes - self.chaotic[l]) as f64).ceil() as usize;
+        let agree = self.tallies.iter().all(|((l, _), t)| t.agree >= least(*l));
         assert!(agree, "some depend on how they are written\n{self}");
     }
 }
@@ -176,7 +180,7 @@ impl Display for Outcome {
 
 #[test]
 fn a_scene_may_be_written_in_any_order_frame_and_kind_of_joint() {
-    let outcome = compare(&CLOSED_FORMS, scenes(), TOLERANCE);
+    let outcome = compare(&CLOSED_FORMS, scenes(), CHAOTIC, TOLERANCE);
     // Every closed form was used: with the static geom first, with it second, and between two that move.
     for (a, b) in KINDS.into_iter().flat_map(|a| KINDS.map(|b| (a, b))).filter(|&(a, b)| closed_form(a, b)) {
         for moves in [[false, true], [true, false], [true, true]] {
@@ -185,5 +189,17 @@ fn a_scene_may_be_written_in_any_order_frame_and_kind_of_joint() {
             assert_eq!(times > 0, possible, "{a:?} and {b:?}, moving {moves:?}: {times} contacts");
         }
     }
-    outcome.check();
+    outcome.check(0.03, 1.0);
+}
+
+/// Pairs whose distance is found by iteration (GJK) are less exact. It stops where no point is nearer by 1e-14 of the
+/// shapes' size L; of shapes pushed 1e-4 L apart that leaves round surfaces a normal good to
+///
+///     δ = √(2 · 1e-14 L / 1e-4 L) = 1.4e-5 rad
+///
+/// and where that decides which points stand for an area, or where along a side two shapes touch, more. Of 500 scenes
+/// 4 % show a change of 1e-12 as more than 1e-3; of the others 1.5 % do when written in another way.
+#[test]
+fn so_may_most_scenes_of_shapes_without_a_closed_form() {
+    compare(&ITERATED, scenes() / 4, 1e-3, 1e-3).check(0.1, 0.95);
 }

@@ -106,6 +106,11 @@ pub fn closed_form(a: GeomKind, b: GeomKind) -> bool {
     collider(a, b).is_some() && exact(a, b)
 }
 
+/// Pairs that are found by iteration.
+pub fn iterated(a: GeomKind, b: GeomKind) -> bool {
+    collider(a, b).is_some() && !exact(a, b)
+}
+
 /// Random numbers that are the same everywhere (Knuth's MMIX generator).
 pub struct Random(u64);
 
