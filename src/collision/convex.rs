@@ -11,10 +11,10 @@
 //!   shapes' own axes and the line of centres.
 //!
 //! What touches is a point, or, where flat or straight parts face each other, the overlap of these parts
-//! ([`super::patch`]). Distance and normal are those of the geometry; which points stand for an area is a matter
+//! ([`super::manifold`]). Distance and normal are those of the geometry; which points stand for an area is a matter
 //! of choice, so they differ from MuJoCo's, whose own distances here are those of 35 iterations at most.
 
-use super::patch::Patch;
+use super::manifold::Facing;
 use super::{Hit, Hits, Placed};
 use crate::math::{MIN_VAL, Vec3};
 use crate::model::GeomKind;
@@ -115,17 +115,24 @@ pub(super) fn convex(kinds: [GeomKind; 2], a: &Placed, b: &Placed, margin: f64, 
     let Some(closest) = found else { return };
     let n = closest.normal;
     let dist = two.separation(&n) - round;
-    if dist > margin {
+    if dist > margin - TOUCH * scale {
         return;
     }
-    // Patches of curved shapes that lean may miss the deepest point.
-    let patches = [Patch::new(&two.a, a.pos, &n), Patch::new(&two.b, b.pos, &-n)];
-    if Patch::overlap(&patches, &n, margin, out) <= dist + 1e-3 * (margin - dist) {
+    // The points of curved shapes that lean may miss the deepest one.
+    let facing = [Facing::new(&two.a, a.pos, &n), Facing::new(&two.b, b.pos, &-n)];
+    if Facing::overlap(&facing, &n, margin, out) <= dist + 1e-3 * (margin - dist) + TOUCH * scale {
         return;
     }
     let (x, y) = (a.pos + closest.a + n * two.a.radius, b.pos + closest.b - n * two.b.radius);
     out.push(Hit { dist, pos: (x + y) * 0.5, normal: n, tangent: Vec3::zeros(), feature: DEEPEST });
 }
+
+/// Depth, per size, from which shapes count as touching: those that stand exactly on each other, a turret on its base,
+/// do not, whatever the last bits say.
+///
+/// Source: MuJoCo 4.0, where of 150 stacks of either kind none is in contact as written; contact begins at a depth of
+/// 1e-15 to 3e-15 m for a cylinder on a box, 1e-15 to 6e-12 m for cylinders, 2e-12 to 6e-12 m for ellipsoids.
+const TOUCH: f64 = 1e-12;
 
 /// Feature of the deepest point, where it is none of the points of an area.
 const DEEPEST: u32 = 16;

@@ -9,7 +9,7 @@ mod capsule;
 mod capsule_box;
 mod convex;
 pub mod detect;
-mod patch;
+mod manifold;
 mod plane;
 mod sphere;
 pub mod sweep;

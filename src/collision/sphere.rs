@@ -52,7 +52,8 @@ pub fn sphere_cylinder(sphere: &Placed, cylinder: &Placed, margin: f64, out: &mu
     let axis = cylinder.axis(2);
     let from = sphere.pos - cylinder.pos;
     let along = axis.dot(&from);
-    if along.abs() > half + r + margin {
+    // Not to the last bit: that is decided below.
+    if along.abs() > (half + r + margin) * (1.0 + 1e-12) {
         return;
     }
     let out_of_axis = from - axis * along;
@@ -67,7 +68,8 @@ pub fn sphere_cylinder(sphere: &Placed, cylinder: &Placed, margin: f64, out: &mu
         push(out, balls(sphere, sphere.pos, r, cylinder, &foot, radius, margin));
     } else if cap {
         let up = if along > 0.0 { axis } else { -axis };
-        let dist = along.abs() - half - r;
+        // As MuJoCo rounds it: of things that stand exactly on each other the last bit decides.
+        let dist = up.dot(&(sphere.pos - (cylinder.pos + up * half))) - r;
         if dist <= margin {
             let pos = sphere.pos - up * (r + 0.5 * dist);
             out.push(Hit { dist, pos, normal: -up, tangent: Vec3::zeros(), feature: 0 });

@@ -139,6 +139,30 @@ def poses(pair, seed):
 
 
 
+STACKED = ["sphere", "capsule", "cylinder", "box"]
+
+
+def stacks(kinds, seed, count=20):
+    """Things that stand exactly on each other, as turrets do on their bases, some of them off centre.
+
+    Each is a case as above, the lower thing first in the list of two kinds whatever MuJoCo's order, and the number of
+    MuJoCo's contacts when they are as written, and 1e-11 m deep.
+    """
+    rng = np.random.default_rng(seed)
+    cases, found = [], []
+    while len(cases) < count:
+        sizes = [rounded(rng.uniform(0.03, 0.15, 3), 2) for _ in kinds]
+        half = [{"sphere": s[0], "capsule": s[0] + s[1], "cylinder": s[1], "box": s[2]}[k] for k, s in zip(kinds, sizes)]
+        floor = round(float(rng.uniform(0, 0.5)), 2)
+        off = rounded(rng.uniform(-0.02, 0.02, 2), 3) if len(cases) % 2 and kinds[0] in ("box", "cylinder") else [0.0, 0.0]
+        low, high = floor + half[0], floor + 2 * half[0] + half[1]
+        case = [0.0, *sizes[0], 0.0, 0.0, low, *IDENTITY, *sizes[1], *off, high, *IDENTITY]
+        deep = case[:16] + [high - 1e-11] + case[17:]
+        cases.append(case)
+        found.append([len(contacts(kinds, case)), len(contacts(kinds, deep))])
+    return {"name": f"{kinds[1]} on {kinds[0]}", "kinds": [KINDS.index(k) for k in kinds], "cases": cases, "contacts": found}
+
+
 SCENES = {
     "bodies of several geoms": """<mujoco><worldbody>
 <geom type="box" size=".5 .5 .1" pos="0 0 -.15"/><geom type="plane" size="1 1 1" pos="0 0 -.01"/>
@@ -166,6 +190,14 @@ SCENES = {
 <body pos="0 0 .4997"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
 <body pos=".05 0 .6996"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
 <body pos="0 0 .8495"><freejoint/><geom type="box" size=".05 .05 .05" /></body>
+</worldbody></mujoco>""",
+    "cans on tables, upright and upside down": """<mujoco><worldbody>
+<geom type="box" size=".2 .2 .15" pos="0 0 .15"/><geom type="box" size=".2 .2 .15" pos="1 0 .15" euler="0 0 20"/>
+<body pos="0 0 .3999"><freejoint/><geom type="cylinder" size=".05 .1"/></body>
+<body pos="1.01 .02 .3999" euler="180 0 0"><freejoint/><geom type="cylinder" size=".05 .1"/></body>
+</worldbody></mujoco>""",
+    "a capsule beside a cylinder, leaning": """<mujoco><worldbody><geom type="cylinder" size=".2 .3"/>
+<body pos="0 .28 .05" euler="3 0 0"><freejoint/><geom type="capsule" size=".1 .15" mass="1"/></body>
 </worldbody></mujoco>""",
     "upright capsule, flat coin, lying rollers": """<mujoco><worldbody><geom type="plane" size="1 1 1"/>
 <body pos="0 0 .1999"><freejoint/><geom type="capsule" size=".1 .1"/></body>
@@ -211,4 +243,5 @@ def scenes():
 
 
 def generate():
-    return {"poses": [poses(pair, seed) for seed, pair in enumerate(PAIRS)], "scenes": scenes()}
+    stacked = [stacks((low, high), seed) for seed, low in enumerate(STACKED) for high in STACKED]
+    return {"poses": [poses(pair, seed) for seed, pair in enumerate(PAIRS)], "scenes": scenes(), "stacks": stacked}

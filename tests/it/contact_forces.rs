@@ -1,0 +1,257 @@
+//! The forces of a contact law add up: M (qacc − qacc_smooth) = qfrc_constraint = Σ Jᵀ f. And scenes that go wrong
+//! where they do not.
+
+use penny::contact;
+use penny::data::{Contact, Data};
+use penny::dynamics::{jacobian, xipos};
+use penny::math::{Mat3, Vec3, Vec6, mat};
+use penny::model::Model;
+
+use crate::random_scene::{Joints, Recipe, Scene, closed_form};
+use crate::sim::Sim;
+
+/// Where a law lets a contact's force act on the body of each side: `mujoco` midway between the surfaces, the other
+/// laws at a moving body's own surface if the other geom never moves.
+fn points(law: &str, contact: &Contact, model: &Model) -> [Vec3; 2] {
+    let moves = contact.body.map(|b| model.bodies[b as usize].tree.is_some());
+    let half = contact.frame.row(0).transpose() * (0.5 * contact.dist);
+    if law == "mujoco" || moves == [true; 2] { [contact.pos; 2] } else { [contact.pos - half, contact.pos + half] }
+}
+
+/// Adds Jᵀ w to a generalized force: the wrench w (force, torque) acts on a body at a point.
+fn push(model: &Model, data: &Data, body: usize, point: &Vec3, wrench: &Vec6, out: &mut [f64]) {
+    let Some(t) = model.bodies[body].tree else { return };
+    let dofs = model.trees[t].dofs.clone();
+    let mut columns = vec![Vec6::zeros(); dofs.len()];
+    jacobian(model, data, body, point, &mut columns);
+    for (out, column) in out[dofs].iter_mut().zip(&columns) {
+        *out += column.dot(wrench);
+    }
+}
+
+/// Σ Jᵀ f of all contacts.
+fn of_contacts(sim: &Sim) -> Vec<f64> {
+    let Sim { model, method, data, .. } = sim;
+    let mut out = vec![0.0; model.nv];
+    for contact in &data.contacts {
+        let f = &contact.force;
+        let [force, torque] =
+            [Vec3::new(f[0], f[1], f[2]), Vec3::new(f[3], f[4], f[5])].map(|v| contact.frame.tr_mul(&v));
+        let wrench = Vec6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+        let points = points(method.contact.name, contact, model);
+        push(model, data, contact.body[0] as usize, &points[0], &-wrench, &mut out);
+        push(model, data, contact.body[1] as usize, &points[1], &wrench, &mut out);
+    }
+    out
+}
+
+/// M a = Σ Jᵀ [m J_v a, I J_ω a] over all bodies, at their centres of mass.
+fn inertia_times(sim: &Sim, a: &[f64]) -> Vec<f64> {
+    let Sim { model, data, .. } = sim;
+    let mut out = vec![0.0; model.nv];
+    for (b, body) in model.bodies.iter().enumerate() {
+        let Some(t) = body.tree else { continue };
+        let dofs = model.trees[t].dofs.clone();
+        let com = xipos(model, data, b);
+        let mut columns = vec![Vec6::zeros(); dofs.len()];
+        jacobian(model, data, b, &com, &mut columns);
+        let acc: Vec6 = columns.iter().zip(&a[dofs]).map(|(column, a)| column * *a).sum();
+        let axes = data.xmat[b] * mat(&body.iquat);
+        let inertia = axes * Mat3::from_diagonal(&body.inertia) * axes.transpose();
+        let force = acc.fixed_rows::<3>(0) * body.mass;
+        let torque = inertia * acc.fixed_rows::<3>(3);
+        push(model, data, b, &com, &Vec6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z), &mut out);
+    }
+    out
+}
+
+/// Compares the three at the present state; 1e-9 of the largest force. Says whether anything pushes.
+#[track_caller]
+fn check(sim: &mut Sim, which: &str) -> bool {
+    penny::forward::forward(&sim.model, &sim.method, &sim.state, &mut sim.data);
+    let change: Vec<f64> = sim.data.qacc.iter().zip(&sim.data.qacc_smooth).map(|(a, b)| a - b).collect();
+    let (moved, pushed, stated) = (inertia_times(sim, &change), of_contacts(sim), &sim.data.qfrc_constraint);
+    let scale = pushed.iter().chain(&moved).fold(1e-3, |s: f64, x| s.max(x.abs()));
+    let law = sim.method.contact.name;
+    for d in 0..sim.model.nv {
+        let off = |x: f64, y: f64| x.is_nan() || (x - y).abs() > 1e-9 * scale;
+        let all = format!(
+            "{law}, {which}, dof {d}: M Δa {:e}, Jᵀf {:e}, qfrc_constraint {:e}",
+            moved[d], pushed[d], stated[d]
+        );
+        assert!(!off(moved[d], pushed[d]) && !off(stated[d], pushed[d]), "{all}");
+    }
+    pushed.iter().any(|x| *x != 0.0)
+}
+
+const SCENES: Recipe =
+    Recipe { touch: closed_form, statics: true, gravity: true, round: false, gap: -1e-3, cone: "elliptic" };
+
+fn random_scenes_add_up(law: &str) {
+    let mut pushes = 0;
+    for (seed, cone) in (0..40).flat_map(|seed| ["elliptic", "pyramidal"].map(|cone| (seed, cone))) {
+        let recipe = Recipe { cone, ..SCENES };
+        let scene = Scene::random(seed, &recipe);
+        for joints in [Joints::Free, Joints::SlidesAndBall] {
+            let mut sim = scene.sim(law, joints, &recipe);
+            for _ in 0..5 {
+                (0..5).for_each(|_| sim.step());
+                pushes += usize::from(check(&mut sim, &format!("seed {seed}, {cone}, {joints:?}")));
+            }
+        }
+    }
+    assert!(pushes > 400, "{law}: something pushed at {pushes} of 800 times");
+}
+
+#[test]
+fn forces_add_up_under_penalty() {
+    random_scenes_add_up("penalty");
+}
+
+#[test]
+fn forces_add_up_under_mujoco() {
+    random_scenes_add_up("mujoco");
+}
+
+#[test]
+fn forces_add_up_under_tutorial() {
+    random_scenes_add_up("tutorial");
+}
+
+/// An arm whose links touch the ground, a free ball and each other.
+const ARM: &str = "<mujoco><worldbody>
+    <geom type='plane' size='1 1 1'/>
+    <body pos='0 0 0.3'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 .3 0 0' size='.03'/>
+      <body pos='.3 0 0'><joint axis='0 1 .2'/><geom type='box' size='.03 .03 .15' pos='0 0 -.15'/>
+        <body pos='0 0 -.25'><joint type='ball'/><geom type='sphere' size='.05' pos='.01 0 0' condim='6'/></body>
+        <body pos='-.09 0 -.1'><joint type='slide' axis='0 0 1'/><geom type='sphere' size='.04'/></body>
+      </body>
+    </body>
+    <body pos='.15 0 .369'><freejoint/><geom type='sphere' size='.04' condim='4'/></body>
+  </worldbody></mujoco>";
+
+#[test]
+fn forces_on_an_arm_add_up() {
+    for law in contact::ALL {
+        let mut sim = Sim::law(ARM, law.name);
+        let mut pushes = 0;
+        for k in 0..100 {
+            (0..5).for_each(|_| sim.step());
+            pushes += usize::from(check(&mut sim, &format!("step {}", 5 * k)));
+        }
+        assert!(pushes > 50, "{}: {pushes}", law.name);
+    }
+}
+
+/// A box at rest is carried with its weight, whatever the law: 2 kg.
+#[test]
+fn a_box_at_rest_is_carried_with_its_weight() {
+    for (law, floor) in contact::ALL.iter().flat_map(|law| ["plane", "box"].map(|floor| (law, floor))) {
+        let xml = format!(
+            "<mujoco><worldbody><geom type='{floor}' size='1 1 .1' pos='0 0 {}'/>
+             <body pos='0 0 .0999'><freejoint/><geom type='box' size='.1 .1 .1' mass='2'/></body></worldbody></mujoco>",
+            if floor == "box" { -0.1 } else { 0.0 }
+        );
+        let mut sim = Sim::law(&xml, law.name);
+        sim.run(3.0);
+        check(&mut sim, floor);
+        let carried = sim.data.qfrc_constraint[2];
+        assert!((carried - 2.0 * 9.81).abs() < 1e-5, "{}, on a {floor}: {carried} N", law.name);
+    }
+}
+
+/// The largest velocity, m/s or rad/s.
+fn speed(sim: &Sim) -> f64 {
+    sim.state.qvel.iter().fold(0.0, |s, v| s.max(v.abs()))
+}
+
+/// A ball that rolls on a box goes on rolling at 0.3 m/s and 6 rad/s, as it does on a plane. Under MuJoCo's law, whose
+/// friction acts midway between the surfaces, at R − r/2 from the centre, a little is exchanged at first.
+#[test]
+fn a_ball_rolls_on_a_box() {
+    let xml = "<mujoco><worldbody><geom type='box' size='1 1 .1'/>
+        <body pos='0 0 .1499'><freejoint/><geom type='sphere' size='.05'/></body></worldbody></mujoco>";
+    for (law, v, omega, tolerance) in [("penalty", 0.3, 6.0, 1e-9), ("mujoco", 0.29968, 6.0158, 5e-5)] {
+        let mut sim = Sim::law(xml, law);
+        (sim.state.qvel[0], sim.state.qvel[4]) = (0.3, 6.0);
+        sim.run(3.0);
+        let off = (sim.state.qvel[0] - v).abs().max((sim.state.qvel[4] - omega).abs());
+        assert!(off < tolerance, "{law}: {:?}", sim.state.qvel);
+    }
+}
+
+/// Tilted by 0.05° above a static box that comes later in the file.
+#[test]
+fn a_box_rests_on_a_static_body_listed_last() {
+    let xml = "<mujoco><worldbody>
+        <body pos='0 0 .36' euler='.05 0 0'><freejoint/><geom type='box' size='.06 .06 .06'/></body>
+        <body><geom type='box' size='.3 .3 .3'/></body></worldbody></mujoco>";
+    for law in ["penalty", "mujoco"] {
+        let mut sim = Sim::law(xml, law);
+        sim.run(3.0);
+        assert!(speed(&sim) < 1e-6, "{law}: {:?}", sim.state.qvel);
+        assert!((sim.state.qpos[2] - 0.36).abs() < 1e-3, "{law}: {:?}", sim.state.qpos);
+    }
+}
+
+#[test]
+fn a_heavy_box_rests_on_a_light_one() {
+    for ratio in [1e2, 1e3, 1e4] {
+        let xml = format!(
+            "<mujoco><worldbody><geom type='plane' size='2 2 .1'/>
+             <body pos='0 0 .1'><freejoint/><geom type='box' size='.1 .1 .1' mass='1'/></body>
+             <body pos='0 0 .301'><freejoint/><geom type='box' size='.1 .1 .1' mass='{ratio}'/></body></worldbody></mujoco>"
+        );
+        let mut sim = Sim::law(&xml, "penalty");
+        sim.run(2.0);
+        assert!(speed(&sim) < 1e-6, "{ratio}: {:?}", sim.state.qvel);
+        let aside = [0, 1, 7, 8].map(|k| sim.state.qpos[k].abs()).into_iter().fold(0.0, f64::max);
+        assert!(aside < 1e-6, "{ratio}: {:?}", sim.state.qpos);
+    }
+}
+
+#[test]
+fn a_tower_of_eight_cubes_stands() {
+    let cube = |k: usize| {
+        format!("<body pos='0 0 {}'><freejoint/><geom type='box' size='.05 .05 .05'/></body>", 0.05 + 0.1 * k as f64)
+    };
+    let cubes: String = (0..8).map(cube).collect();
+    let xml = format!(
+        "<mujoco><option timestep='.002'/><worldbody><geom type='plane' size='1 1 1'/>{cubes}</worldbody></mujoco>"
+    );
+    let mut sim = Sim::law(&xml, "penalty");
+    sim.run(2.0);
+    assert!(speed(&sim) < 1e-6, "{:?}", sim.state.qvel);
+    assert!(sim.state.qpos.chunks(7).all(|q| q[0].abs() < 1e-6 && q[1].abs() < 1e-6), "{:?}", sim.state.qpos);
+}
+
+/// A turret that stands exactly on its base turns freely, as in MuJoCo: there is no contact.
+#[test]
+fn a_turret_on_its_base_turns_freely() {
+    let box_base = "type='box' size='.1 .1 .05' pos='0 0 .05'";
+    let post = "type='cylinder' size='.1 .05' pos='0 0 .05'";
+    for (base, law) in [box_base, post].into_iter().flat_map(|base| contact::ALL.iter().map(move |law| (base, law))) {
+        let xml = format!(
+            "<mujoco><worldbody><geom {base}/>
+             <body pos='0 0 .15'><joint axis='0 0 1'/><geom type='cylinder' size='.04 .05'/></body></worldbody></mujoco>"
+        );
+        let mut sim = Sim::law(&xml, law.name);
+        sim.state.qvel[0] = 1.0;
+        sim.run(3.0);
+        assert_eq!(sim.state.qvel, [1.0], "{}, {base}", law.name);
+    }
+}
+
+/// One step of a can that slides on a table, at MuJoCo's four points: its velocity to the digits that are given.
+#[test]
+fn a_can_slides_on_a_table_as_in_mujoco() {
+    let xml = "<mujoco><option tolerance='0'/><worldbody><geom type='box' size='.2 .2 .15' pos='0 0 .15'/>
+        <body pos='0 0 .3999'><freejoint/><geom type='cylinder' size='.05 .1'/></body></worldbody></mujoco>";
+    let mut sim = Sim::law(xml, "mujoco");
+    sim.state.qvel[0] = 0.1;
+    sim.step();
+    let expected = [0.0882821507, 0.0005368929, 0.0020585117, -0.0087511093, 0.0770582699, 0.0085349970];
+    for (ours, theirs) in sim.state.qvel.iter().zip(expected) {
+        assert!((ours - theirs).abs() < 1e-9, "{:?}", sim.state.qvel);
+    }
+}

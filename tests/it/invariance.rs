@@ -1,0 +1,205 @@
+//! Nothing depends on how a scene is written: order of bodies, frame, handedness, kind of joint.
+//!
+//! Random scenes under every law, each written in six further ways. `PENNY_SCENES=10000` runs that many.
+
+use std::collections::BTreeMap;
+use std::fmt::{Display, Formatter};
+
+use penny::contact;
+use penny::math::exp;
+use penny::model::GeomKind;
+
+use crate::random_scene::{
+    Isometry, Joints, KINDS, Motion, Random, Recipe, Scene, Thing, closed_form, difference, iterated,
+};
+use crate::sim::Sim;
+
+const SCENES: u64 = 200;
+/// Of 1 ms: long enough that everything that is near has touched, short enough that rounding has not grown.
+const STEPS: usize = 60;
+
+/// m, rad, m/s, rad/s. Rounding, 1e-16 of numbers up to 10, may grow by [`CHAOTIC`] = 1e4 over the run, and the laws
+/// solve to about 1e-12 themselves; 1e-9 leaves room for both.
+const TOLERANCE: f64 = 1e-9;
+
+/// Scenes in which a change of 1e-12 in every number of the start grows beyond this are left out: they are chaotic.
+/// Measured under the `mujoco` law; for `tutorial` under itself, because the sign in its torques is not continuous and
+/// its friction, where steep, overshoots.
+const CHAOTIC: f64 = 1e-8;
+
+const CLOSED_FORMS: Recipe =
+    Recipe { touch: closed_form, statics: true, gravity: true, round: false, gap: -1e-3, cone: "elliptic" };
+const ITERATED: Recipe = Recipe { touch: iterated, ..CLOSED_FORMS };
+
+struct Way {
+    name: &'static str,
+    order: fn(&mut [Thing]),
+    isometry: fn(&mut Random) -> Isometry,
+    joints: Joints,
+}
+
+const AS_IT_IS: Way = Way { name: "as it is", order: |_| (), isometry: |_| Isometry::identity(), joints: Joints::Free };
+
+const WAYS: [Way; 6] = [
+    Way { name: "static last", order: |things| things.sort_by_key(|t| !t.moves), ..AS_IT_IS },
+    Way { name: "reversed", order: reverse, ..AS_IT_IS },
+    Way { name: "shifted", isometry: |r| Isometry { shift: r.vec3(2.0), ..Isometry::identity() }, ..AS_IT_IS },
+    Way { name: "turned", isometry: |r| Isometry { turn: r.quat(), ..Isometry::identity() }, ..AS_IT_IS },
+    Way { name: "mirrored", isometry: |_| Isometry { mirror: true, ..Isometry::identity() }, ..AS_IT_IS },
+    Way { name: "slides and a ball", joints: Joints::SlidesAndBall, ..AS_IT_IS },
+];
+
+/// Bodies and their geoms.
+fn reverse(things: &mut [Thing]) {
+    things.reverse();
+    things.iter_mut().for_each(|t| t.shapes.reverse());
+}
+
+fn scenes() -> u64 {
+    std::env::var("PENNY_SCENES").map_or(SCENES, |n| n.parse().expect("PENNY_SCENES is a number"))
+}
+
+/// Which kinds touched, and whether each of the two moves.
+type Met = BTreeMap<([GeomKind; 2], [bool; 2]), usize>;
+
+fn count(met: &mut Met, sim: &Sim) {
+    for c in &sim.data.contacts {
+        if c.force[0] > 0.0 {
+            let kinds = c.geom.map(|g| sim.model.geoms[g as usize].kind);
+            *met.entry((kinds, c.body.map(|b| b > 0))).or_default() += 1;
+        }
+    }
+}
+
+fn run(scene: &Scene, law: &str, joints: Joints, recipe: &Recipe, met: &mut Met) -> Vec<Motion> {
+    let mut sim = scene.sim(law, joints, recipe);
+    for _ in 0..STEPS {
+        sim.step();
+        count(met, &sim);
+    }
+    scene.motions(&sim)
+}
+
+/// How far a run and its twin are apart, whose start differs by 1e-12 in every number.
+fn growth(scene: &Scene, law: &str, motions: &[Motion], recipe: &Recipe, random: &mut Random) -> f64 {
+    let mut twin = scene.clone();
+    for thing in twin.things.iter_mut().filter(|t| t.moves) {
+        let m = &mut thing.motion;
+        m.at.pos += random.vec3(1e-12);
+        m.at.quat *= exp(&random.vec3(1e-12));
+        m.vel += random.vec3(1e-12);
+        m.omega += random.vec3(1e-12);
+    }
+    difference(motions, &run(&twin, law, Joints::Free, recipe, &mut Met::new()))
+}
+
+/// What came of many scenes.
+#[derive(Default)]
+struct Outcome {
+    scenes: usize,
+    /// Scenes in which nothing touched at all.
+    idle: usize,
+    /// Scenes left out, by law.
+    chaotic: Vec<usize>,
+    /// By law and way.
+    tallies: BTreeMap<(usize, usize), Tally>,
+    met: Met,
+}
+
+/// Of one law and way.
+#[derive(Default)]
+struct Tally {
+    agree: usize,
+    worst: f64,
+    seed: u64,
+}
+
+/// Every law on every scene in every way.
+fn compare(recipe: &Recipe, scenes: u64, limit: f64, tolerance: f64) -> Outcome {
+    let chaotic = vec![0; contact::ALL.len()];
+    let mut outcome = Outcome { scenes: scenes as usize, chaotic, ..Outcome::default() };
+    let Outcome { idle, chaotic, tallies, met, .. } = &mut outcome;
+    for seed in 0..scenes {
+        let scene = Scene::random(seed, recipe);
+        let mut random = Random::new(!seed);
+        let isometries = WAYS.each_ref().map(|way| (way.isometry)(&mut random));
+        let mut its = Met::new();
+        let runs = contact::ALL.iter().map(|law| run(&scene, law.name, Joints::Free, recipe, &mut its));
+        let runs: Vec<Vec<Motion>> = runs.collect();
+        *idle += usize::from(its.is_empty());
+        its.into_iter().for_each(|(pair, times)| *met.entry(pair).or_default() += times);
+        let mut calm = |name: &str| {
+            let law = contact::ALL.iter().position(|law| law.name == name).expect("law");
+            growth(&scene, name, &runs[law], recipe, &mut random) <= limit
+        };
+        let [soft, tutorial] = ["mujoco", "tutorial"].map(&mut calm);
+        for (l, (law, plain)) in contact::ALL.iter().zip(&runs).enumerate() {
+            if !soft || law.name == "tutorial" && !tutorial {
+                chaotic[l] += 1;
+                continue;
+            }
+            for (w, (way, isometry)) in WAYS.iter().zip(&isometries).enumerate() {
+                let mut written = isometry.scene(&scene);
+                (way.order)(&mut written.things);
+                let expected: Vec<Motion> = plain.iter().map(|m| isometry.motion(m)).collect();
+                let off = difference(&expected, &run(&written, law.name, way.joints, recipe, met));
+                let tally = tallies.entry((l, w)).or_default();
+                tally.agree += usize::from(off <= tolerance);
+                if off >= tally.worst {
+                    (tally.worst, tally.seed) = (off, seed);
+                }
+            }
+        }
+    }
+    println!("{outcome}");
+    outcome
+}
+
+impl Outcome {
+    /// In: the share of scenes that may be left out, and that of the others that has to agree.
+    fn check(&self, left_out: f64, agreeing: f64) {
+        let most = (left_out * self.scenes as f64) as usize;
+        assert!(self.chaotic.iter().all(|&n| n <= most), "too many scenes are chaotic\n{self}");
+        assert!(self.idle <= most, "nothing touches in too many scenes\n{self}");
+        let least = |l: usize| (agreeing * (self.scenes - self.chaotic[l]) as f64).ceil() as usize;
+        let agree = self.tallies.iter().all(|((l, _), t)| t.agree >= least(*l));
+        assert!(agree, "some depend on how they are written\n{self}");
+    }
+}
+
+impl Display for Outcome {
+    fn fmt(&self, f: &mut Formatter) -> std::fmt::Result {
+        writeln!(f, "{} scenes, nothing touches in {}", self.scenes, self.idle)?;
+        for ((l, w), Tally { agree, worst, seed }) in &self.tallies {
+            let (law, way, of) = (contact::ALL[*l].name, WAYS[*w].name, self.scenes - self.chaotic[*l]);
+            writeln!(f, "{law:9} {way:18} {agree:5} of {of} agree, worst {worst:.1e} (seed {seed})")?;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_scene_may_be_written_in_any_order_frame_and_kind_of_joint() {
+    let outcome = compare(&CLOSED_FORMS, scenes(), CHAOTIC, TOLERANCE);
+    // Every closed form was used: with the static geom first, with it second, and between two that move.
+    for (a, b) in KINDS.into_iter().flat_map(|a| KINDS.map(|b| (a, b))).filter(|&(a, b)| closed_form(a, b)) {
+        for moves in [[false, true], [true, false], [true, true]] {
+            let times = outcome.met.get(&([a, b], moves)).copied().unwrap_or(0);
+            let possible = a != GeomKind::Plane || moves == [false, true];
+            assert_eq!(times > 0, possible, "{a:?} and {b:?}, moving {moves:?}: {times} contacts");
+        }
+    }
+    outcome.check(0.03, 1.0);
+}
+
+/// Pairs whose distance is found by iteration (GJK) are less exact. It stops where no point is nearer by 1e-14 of the
+/// shapes' size L; of shapes pushed 1e-4 L apart that leaves round surfaces a normal good to
+///
+///     δ = √(2 · 1e-14 L / 1e-4 L) = 1.4e-5 rad
+///
+/// and where that decides which points stand for an area, or where along a side two shapes touch, more. Of 500 scenes
+/// 4 % show a change of 1e-12 as more than 1e-3; of the others 1.5 % do when written in another way.
+#[test]
+fn so_may_most_scenes_of_shapes_without_a_closed_form() {
+    compare(&ITERATED, scenes() / 4, 1e-3, 1e-3).check(0.1, 0.95);
+}
