@@ -185,6 +185,8 @@ impl Cone {
             } else {
                 let t = square.sqrt();
                 zone |= 1 << group.start;
+                // Alone, a slip to the left is another piece than one to the right.
+                zone |= Zone::from(group.len() == 1 && x[group.start] < 0.0) << 6;
                 group.for_each(|k| force[k] = -self.limit / t * self.mu[k] * self.mu[k] * x[k]);
                 cost += self.limit * (t - 0.5 * self.limit / d);
             }

@@ -256,8 +256,7 @@ pub fn iterate<S: Space>(space: &mut S, v: &mut Vectors<S::Vector>, constraints:
     let point = evaluate_further(1.0, constraints);
     let mut same = point.same;
     let tiny = promise <= TINY * energy;
-    if !tiny
-        && !(point.same && point.quadratic)
+    if !(tiny || point.same && point.quadratic)
         && let Some(back) = take_back(space, v, constraints, promise)
     {
         same &= evaluate_further(back, constraints).same;
