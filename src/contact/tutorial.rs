@@ -28,9 +28,10 @@
 //! Source: C. Xing, Physics Simulation Tutorial (2025), Algorithms 1–4. Algorithm 1 as printed lets the damper
 //! act without contact too; like the course's other algorithms, Penny applies it in contact only.
 
-use super::impedance;
+use super::constants::{self, Spring};
+use super::describe::{Ask, Creep, Description, Touch, Unlike};
 use super::rows::{NONE, eigenvalues};
-use super::{Law, surface_points};
+use super::{Law, impedance, surface_points};
 use crate::data::Data;
 use crate::dynamics;
 use crate::forward::Method;
@@ -43,6 +44,12 @@ pub static LAW: Law = Law {
     joints: false,
     start: Start::Nothing,
     solve,
+    friction,
+    describe,
+    unlike: Some(Unlike {
+        normal: own_spring,
+        friction: "tutorial's is −μ F_n tanh(α v), which creeps where it should hold; MuJoCo's is a damper",
+    }),
 };
 
 /// Steepness of the friction law where the scene gives no `penny.alpha`, s/m: full friction from about 2 cm/s on.
@@ -61,6 +68,52 @@ pub fn spring_damper(model: &Model, mix: &Mix, inverse_mass: f64, timestep: f64)
     let k = model.tutorial.k.unwrap_or(reference.stiffness / inverse_mass);
     let c = model.tutorial.c.unwrap_or(reference.damping / inverse_mass);
     (k, c)
+}
+
+/// Spring and damper of one of a pair's contact points, with its share of the mass that the pair carries.
+pub fn spring(model: &Model, touch: &Touch, timestep: f64) -> Spring {
+    let (k, c) = spring_damper(model, &model.mixes[touch.mix], touch.estimate / touch.mass, timestep);
+    Spring { mass: touch.share(), k, c }
+}
+
+/// Coefficients of friction: `penny.mu` and `penny.mu_roll` where the scene has them.
+fn friction(model: &Model, mix: &Mix) -> [f64; 5] {
+    let [slide_1, slide_2, spin, roll_1, roll_2] = mix.friction;
+    let (mu, roll) = (model.tutorial.mu, model.tutorial.mu_roll);
+    [mu.unwrap_or(slide_1), mu.unwrap_or(slide_2), spin, roll.unwrap_or(roll_1), roll.unwrap_or(roll_2)]
+}
+
+/// Spring and damper of one contact point, with its share of the mass.
+///
+///     depth at rest = m g / k
+///     restitution, creep: [`constants::tutorial_restitution`], [`constants::tutorial_creep`]
+fn describe(ask: &Ask) -> Description {
+    let Ask { model, touch, timestep, slope } = *ask;
+    let mix = &model.mixes[touch.mix];
+    let spring = spring(model, touch, timestep);
+    let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
+    let creep = constants::tutorial_creep(friction(model, mix)[0], alpha, slope);
+    Description {
+        springs: Some([spring; 2]),
+        each_point: true,
+        approach_only: true,
+        restitution: Some(constants::tutorial_restitution(spring.zeta())),
+        rest_depth: Some(spring.mass * ask.gravity() / spring.k),
+        creep: Some(creep.map_or(Creep::Slides, Creep::At)),
+    }
+}
+
+/// Its spring and damper on the scene's first mix, in words.
+fn own_spring(model: &Model, timestep: f64) -> String {
+    let mass = model.bodies.iter().map(|b| b.invweight0[0]).find(|&w| w > 0.0).unwrap_or(1.0);
+    let from = |given: Option<f64>| if given.is_some() { "from <custom>" } else { "from solref" };
+    let (k, c) = spring_damper(model, &model.mixes[0], mass, timestep);
+    let ([k, c], given) = ([k, c].map(|x| format!("{x:.2e}")), [model.tutorial.k, model.tutorial.c].map(from));
+    format!(
+        "tutorial has its own law: F = k d + c max(0, −v) with k = {k} N/m ({}) and c = {c} N s/m ({}), no solimp, no \
+         damping on the way out",
+        given[0], given[1]
+    )
 }
 
 fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
@@ -92,11 +145,11 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
         if dim >= 3 {
             let (v1, v2) = (v[1], v[2]);
             let speed = v1.hypot(v2);
-            let mu = model.tutorial.mu.unwrap_or(mix.friction[0]);
+            let mu = friction(model, mix)[0];
             let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
             if speed > 0.0 {
-                let friction = -mu * normal * (alpha * speed).tanh() / speed;
-                (force[1], force[2]) = (friction * v1, friction * v2);
+                let slope = -mu * normal * (alpha * speed).tanh() / speed;
+                (force[1], force[2]) = (slope * v1, slope * v2);
             }
         }
         // Torque per angular velocity near zero, N m s.
@@ -110,7 +163,7 @@ fn solve(model: &Model, method: &Method, state: &State, data: &mut Data) {
             [force[3]] = opposing([v[3]], mix.friction[2] * normal, steep[0]);
         }
         if dim >= 6 {
-            let limit = model.tutorial.mu_roll.unwrap_or(mix.friction[3]) * normal;
+            let limit = friction(model, mix)[3] * normal;
             [force[4], force[5]] = opposing([v[4], v[5]], limit, steep[1]);
         }
         rows.push_forces(c, 0, &force[..dim]);

@@ -1,6 +1,6 @@
 //! Motion without contact: against MuJoCo stage by stage, against itself in other words, and against exactness.
 
-use penny::contact::Law;
+use penny::contact::{Law, describe};
 use penny::data::Data;
 use penny::dynamics::energy::{energy, momentum};
 use penny::dynamics::{jacobian, kinematics, smooth, solve_m, xipos};
@@ -18,6 +18,9 @@ const NO_LAW: Law = Law {
     joints: true,
     start: Start::Nothing,
     solve: |_, _, _, _| panic!("a contact law ran without contacts"),
+    friction: |_, mix| mix.friction,
+    describe: describe::nothing,
+    unlike: None,
 };
 
 fn model(xml: &str) -> Model {

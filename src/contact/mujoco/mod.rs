@@ -19,6 +19,7 @@ pub mod solver;
 
 use std::mem;
 
+use crate::contact::describe::{self, Description};
 use crate::contact::forest::Forest;
 use crate::contact::{Law, impedance};
 use crate::data::{Contact, Data, Mover};
@@ -38,6 +39,9 @@ pub static LAW: Law = Law {
     joints: true,
     start: Start::Acceleration,
     solve,
+    friction: |_, mix| mix.friction,
+    describe: |ask| Description { creep: Some(describe::soft_creep(ask)), ..describe::soft(ask) },
+    unlike: None,
 };
 
 /// What the law keeps from step to step: nothing that matters, but buffers.

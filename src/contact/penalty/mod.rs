@@ -40,6 +40,7 @@ mod lone;
 use self::drive::Recipes;
 use super::Law;
 use super::complementarity::Complementarity;
+use super::describe::{self, Creep, Description, Unlike};
 use crate::data::{Contact, Data, Meeting};
 use crate::dynamics::free;
 use crate::forward::Method;
@@ -52,6 +53,16 @@ pub static LAW: Law = Law {
     joints: true,
     start: Start::Forces,
     solve,
+    friction: |_, mix| mix.friction,
+    describe: |ask| Description {
+        // Its friction acts on the velocity at the end of the step.
+        creep: Some(if ask.slides(ask.model.mixes[ask.touch.mix].friction[0]) { Creep::Slides } else { Creep::Sticks }),
+        ..describe::soft(ask)
+    },
+    unlike: Some(Unlike {
+        normal: |_, _| "MuJoCo finds all forces of an island together, penalty in turns (--rounds)".to_owned(),
+        friction: "MuJoCo softens friction (its R) and lets it change the normal force, penalty does neither",
+    }),
 };
 
 /// What the law keeps between steps to avoid allocation; nothing in it carries over but the recipes.
