@@ -8,6 +8,7 @@ mod explain;
 mod extremes;
 mod models;
 mod mujoco_law;
+mod own;
 mod penalty;
 mod picture;
 mod reader;
