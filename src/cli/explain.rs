@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use super::format::{count, short, si, table};
 use super::scene::{self, MethodArgs};
 use crate::collision::exact;
-use crate::contact::constants::Spring;
-use crate::contact::describe::Creep;
+use crate::contact::constants::{self, Spring};
+use crate::contact::describe::{self, Ask, Creep};
 use crate::contact::tutorial;
 use crate::data::Data;
 use crate::explain::probe::{self, IMPACT, LARGEST};
@@ -290,11 +290,12 @@ fn never_rests(model: &Model, method: &Method, touch: &Touch) -> Option<String> 
         Some(h) => format!("--timestep {} rests, as may a softer contact (larger timeconst, smaller solimp)", short(h)),
         None => "try a softer contact: a larger timeconst in solref, a smaller dwidth in solimp".to_owned(),
     };
-    let cone = if model.opt.cone == Cone::Pyramidal && model.mixes[touch.mix].condim > 1 {
-        ", or cone=\"elliptic\", which rests deeper"
-    } else {
-        ""
-    };
+    let ask = Ask { model, touch, timestep: method.timestep, slope: 0.0 };
+    // The pyramid's edges make contacts of MuJoCo's kind rest higher, where μ is small.
+    let own = (method.contact.describe)(&ask).springs;
+    let pyramid = constants::softness(&model.mixes[touch.mix], model.opt.cone, model.opt.impratio, 1.0, 1) < 1.0;
+    let cone =
+        if pyramid && own == describe::soft(&ask).springs { ", or cone=\"elliptic\", which rests deeper" } else { "" };
     Some(format!(
         "  {}: {} for rest is little beside the fall g h² = {} of one step: what leaves the ground once hops for ever, \
          from {} off to {} into it. {cure}{cone}\n",
