@@ -24,6 +24,7 @@ pub mod collision;
 pub mod compile;
 pub mod contact;
 pub mod data;
+pub mod diverged;
 pub mod dynamics;
 pub mod explain;
 pub mod forward;

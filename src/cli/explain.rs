@@ -7,10 +7,11 @@ use super::format::{count, short, si, table};
 use super::scene::{self, MethodArgs};
 use crate::collision::exact;
 use crate::contact::constants::{self, Spring};
-use crate::contact::{penalty, tutorial};
+use crate::contact::describe::{self, Ask, Creep};
+use crate::contact::tutorial;
 use crate::data::Data;
-use crate::explain::probe::{LARGEST, largest_timestep as probe};
-use crate::explain::{Touch, rehearsal, touches, weight};
+use crate::explain::probe::{self, IMPACT, LARGEST};
+use crate::explain::{self, Meaning, Touch, rehearsal, touches, weight};
 use crate::forward::Method;
 use crate::model::{Cone, GeomKind, Mix, Model};
 use crate::state::State;
@@ -46,6 +47,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
         eprint!("\n{}", timesteps(&model, &method, &args.method, &group[0]));
         eprint!("\n{}", mapping(&model, &method, &group[0]));
     }
+    eprint!("{}", in_a_row(&model, &State::new(&model)));
     eprint!("\n{}", mappings(&model, &method, &groups[0]));
     eprint!("\n{}", rehearsed(&model, &method));
     Ok(())
@@ -151,18 +153,21 @@ pub fn group(touches: &[Touch]) -> Vec<Vec<Touch>> {
 pub fn springs(model: &Model, method: &Method, touches: &[Touch]) -> Vec<String> {
     let line = |group: &Vec<Touch>| {
         let touch = &group[0];
-        let (spring, each) = if method.contact.name == tutorial::LAW.name {
-            (touch.tutorial_spring(model, method.timestep), if touch.points > 1 { " at each point" } else { "" })
-        } else {
-            (touch.springs(model, method.timestep)[0], "")
+        let meaning = explain::meaning(model, method, touch, 0.0);
+        let own = meaning.formulas.springs.map(|[rest, _]| rest);
+        let Some(spring) = own.or(meaning.measured.map(|m| m.spring)) else {
+            return format!("{}: {} gives no formula, and holds no weight", names(model, group), method.contact.name);
         };
+        let each =
+            if touch.points > 1 && (own.is_none() || meaning.formulas.each_point) { " at each point" } else { "" };
         format!(
-            "{}{each}: k {}, c {}, ω {}, ζ {}",
+            "{}{each}: k {}, c {}, ω {}, ζ {}{}",
             names(model, group),
             si(spring.k, "N/m"),
             si(spring.c, "N s/m"),
             si(spring.omega(), "rad/s"),
-            short(spring.zeta())
+            short(spring.zeta()),
+            if own.is_some() { "" } else { " (measured at rest; the law gives no formula)" }
         )
     };
     group(touches).iter().map(line).collect()
@@ -170,7 +175,7 @@ pub fn springs(model: &Model, method: &Method, touches: &[Touch]) -> Vec<String>
 
 /// The smallest of the largest stable timesteps of pairs and of joints' springs, s, and whose it is.
 pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch]) -> Option<(f64, String)> {
-    let of_pair = |g: &Vec<Touch>| Some((probe(model, method, &g[0])?, names(model, g)));
+    let of_pair = |g: &Vec<Touch>| Some((probe::largest_timestep(model, method, &g[0])?, names(model, g)));
     let of_joint = |spring: theory::Spring| Some((theory::limit(method.integrator, &spring)?, spring.name));
     let pairs = group(touches).into_iter().take(20).filter_map(|g| of_pair(&g)).collect::<Vec<_>>();
     let joints = theory::joint_springs(model).into_iter().filter_map(of_joint);
@@ -205,8 +210,14 @@ fn meaning(model: &Model, method: &Method, asked: &MethodArgs, group: &[Touch]) 
     ]
     .map(|name| vec![name.to_owned()])
     .to_vec();
-    for law in asked.laws() {
-        for (row, cell) in rows.iter_mut().zip(column(model, method, touch, law.name)) {
+    let mut silent = Vec::new();
+    for contact in asked.laws() {
+        let law = Method { contact, ..*method };
+        let cells = column(model, &law, touch);
+        if cells.iter().any(|cell| cell.ends_with(MEASURED)) {
+            silent.push(contact.name);
+        }
+        for (row, cell) in rows.iter_mut().zip(cells) {
             row.push(cell);
         }
     }
@@ -215,42 +226,85 @@ fn meaning(model: &Model, method: &Method, asked: &MethodArgs, group: &[Touch]) 
     } else if model.mixes[touch.mix].condim == 1 {
         rows.truncate(8);
     }
-    text + &table(&rows)
+    let mut text = text + &table(&rows);
+    if !silent.is_empty() {
+        text += &format!(
+            "  {MEASURED} {} gives no formula; measured: one point with its share of the mass, at rest; c on approach; an \
+             impact at {}\n",
+            silent.join(", "),
+            si(IMPACT, "m/s")
+        );
+    }
+    for contact in asked.laws() {
+        text += &never_rests(model, &Method { contact, ..*method }, touch).unwrap_or_default();
+    }
+    text
 }
 
-/// The same pair under one law, in the order of the rows of [`meaning`].
-fn column(model: &Model, method: &Method, touch: &Touch, law: &str) -> [String; 9] {
-    let mix = &model.mixes[touch.mix];
-    let slope = SLOPE.to_radians();
-    let is_tutorial = law == tutorial::LAW.name;
-    let (spring, restitution, sink) = if is_tutorial {
-        let spring = touch.tutorial_spring(model, method.timestep);
-        (spring, constants::tutorial_restitution(spring.zeta()), spring.mass * weight(model) / spring.k)
-    } else {
-        let [rest, hard] = touch.springs(model, method.timestep);
-        (rest, constants::restitution(hard.zeta()), touch.rest_depth(model, method.timestep))
+/// Marks what is measured since the law gives no formula.
+const MEASURED: char = '*';
+
+/// The same pair under the law of `method`, in the order of the rows of [`meaning`].
+pub fn column(model: &Model, method: &Method, touch: &Touch) -> [String; 9] {
+    let Meaning { formulas, measured } = explain::meaning(model, method, touch, SLOPE.to_radians());
+    // A number by formula, else as measured, else none.
+    let cell = |formula: Option<f64>, shown: Option<f64>, write: &dyn Fn(f64) -> String| match (formula, shown) {
+        (Some(x), _) => write(x),
+        (None, Some(x)) => format!("{} {MEASURED}", write(x)),
+        (None, None) => "no formula".to_owned(),
     };
-    let mu = if is_tutorial { model.tutorial.mu.unwrap_or(mix.friction[0]) } else { mix.friction[0] };
-    let alpha = model.tutorial.alpha.unwrap_or(tutorial::DEFAULT_ALPHA);
-    let creep = match constants::tutorial_creep(mu, alpha, slope) {
-        None => "slides".to_owned(),
-        Some(v) if is_tutorial => si(v, "m/s"),
-        // Its friction acts on the velocity at the end of the step: it sticks.
-        Some(_) if law == penalty::LAW.name => "none".to_owned(),
-        Some(_) => si(touch.creep(model, method.timestep, slope), "m/s"),
+    let of_spring = |get: fn(&Spring) -> f64, write: &dyn Fn(f64) -> String| {
+        cell(formulas.springs.map(|[rest, _]| get(&rest)), measured.map(|m| get(&m.spring)), write)
     };
-    let name = if is_tutorial && touch.points > 1 { format!("{law} (a point)") } else { law.to_owned() };
+    let creep = match formulas.creep {
+        Some(Creep::Slides) => "slides".to_owned(),
+        Some(Creep::Sticks) => "none".to_owned(),
+        Some(Creep::At(v)) => si(v, "m/s"),
+        None => "no formula".to_owned(),
+    };
+    let each_point = formulas.each_point || formulas.springs.is_none();
+    let name = method.contact.name;
     [
-        name,
-        si(spring.mass * 1e3, "g"),
-        si(spring.k, "N/m"),
-        si(spring.c, "N s/m"),
-        si(spring.omega(), "rad/s"),
-        short(spring.zeta()),
-        short(restitution),
-        si(sink, "m"),
+        if each_point && touch.points > 1 { format!("{name} (a point)") } else { name.to_owned() },
+        of_spring(|s| s.mass, &|m| si(m * 1e3, "g")),
+        of_spring(|s| s.k, &|k| si(k, "N/m")),
+        of_spring(|s| s.c, &|c| si(c, "N s/m")),
+        of_spring(Spring::omega, &|w| si(w, "rad/s")),
+        of_spring(Spring::zeta, &short),
+        cell(formulas.restitution, measured.map(|m| m.restitution), &short),
+        cell(formulas.rest_depth, measured.map(|m| m.rest_depth), &|d| si(d, "m")),
         creep,
     ]
+}
+
+/// The first groups of pairs on which a body hops instead of resting, and how.
+pub fn hopping(model: &Model, method: &Method, touches: &[Touch]) -> Vec<(String, probe::Hop)> {
+    let of = |group: Vec<Touch>| Some((names(model, &group), probe::hop(model, method, &group[0])?));
+    group(touches).into_iter().take(4).filter_map(of).collect()
+}
+
+/// Says so where a body never comes to rest on the contact, but hops within what a step's fall gives.
+fn never_rests(model: &Model, method: &Method, touch: &Touch) -> Option<String> {
+    let probe::Hop { rest, depth: [low, high], fall } = probe::hop(model, method, touch)?;
+    let cure = match probe::calm_timestep(model, method, touch) {
+        Some(h) => format!("--timestep {} rests, as may a softer contact (larger timeconst, smaller solimp)", short(h)),
+        None => "try a softer contact: a larger timeconst in solref, a smaller dwidth in solimp".to_owned(),
+    };
+    let ask = Ask { model, touch, timestep: method.timestep, slope: 0.0 };
+    // The pyramid's edges make contacts of MuJoCo's kind rest higher, where μ is small.
+    let own = (method.contact.describe)(&ask).springs;
+    let pyramid = constants::softness(&model.mixes[touch.mix], model.opt.cone, model.opt.impratio, 1.0, 1) < 1.0;
+    let cone =
+        if pyramid && own == describe::soft(&ask).springs { ", or cone=\"elliptic\", which rests deeper" } else { "" };
+    Some(format!(
+        "  {}: {} for rest is little beside the fall g h² = {} of one step: what leaves the ground once hops for ever, \
+         from {} off to {} into it. {cure}{cone}\n",
+        method.contact.name,
+        si(rest, "m"),
+        si(fall, "m"),
+        si(-low, "m"),
+        si(high, "m")
+    ))
 }
 
 fn parameters(mix: &Mix) -> String {
@@ -262,6 +316,21 @@ fn parameters(mix: &Mix) -> String {
         join(&mix.solref),
         join(&mix.solimp)
     )
+}
+
+/// Says so where a blow would be shared out among bodies that touch in a row.
+pub fn in_a_row(model: &Model, start: &State) -> String {
+    let row = |row: Vec<usize>| {
+        let names: Vec<String> = row.iter().take(6).map(|&b| body_name(model, b)).collect();
+        format!(
+            "\n{}{} touch in a row. A blow along it is shared out among all of them at once, since the springs of all \
+             their\ncontacts yield together (in MuJoCo too): a Newton's cradle needs gaps, some millimetres wide, to \
+             hand it on.\n",
+            names.join(", "),
+            if row.len() > names.len() { " …" } else { "" }
+        )
+    };
+    explain::rows_in_touch(model, start).into_iter().map(row).collect()
 }
 
 /// What the start of the scene, tried out, says about the timestep.
@@ -286,7 +355,7 @@ fn timesteps(model: &Model, method: &Method, asked: &MethodArgs, touch: &Touch) 
     for contact in asked.laws() {
         let mut row = vec![contact.name.to_owned()];
         row.extend(integrators.iter().map(|&integrator| {
-            match probe(model, &Method { contact, integrator, ..*method }, touch) {
+            match probe::largest_timestep(model, &Method { contact, integrator, ..*method }, touch) {
                 None => "–".to_owned(),
                 Some(0.0) => "none".to_owned(),
                 Some(limit) if limit >= LARGEST => {
@@ -306,7 +375,7 @@ fn timesteps(model: &Model, method: &Method, asked: &MethodArgs, touch: &Touch) 
 
 /// The tutorial's spring of all points together: they carry the whole mass.
 fn total_spring(model: &Model, method: &Method, touch: &Touch) -> Spring {
-    let point = touch.tutorial_spring(model, method.timestep);
+    let point = tutorial::spring(model, touch, method.timestep);
     let n = touch.points as f64;
     Spring { mass: touch.mass, k: n * point.k, c: n * point.c }
 }
@@ -411,4 +480,37 @@ pub fn geom_name(model: &Model, geom: usize) -> String {
 pub fn body_name(model: &Model, body: usize) -> String {
     let name = &model.bodies[body].name;
     if name.is_empty() { format!("body {body}") } else { name.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{Law, describe};
+    use crate::integrate;
+
+    /// The course's law, from a record that says nothing of it.
+    static SILENT: Law = Law { name: "silent", describe: describe::nothing, ..tutorial::LAW };
+
+    #[test]
+    fn a_law_without_formulas_is_measured_and_said_to_be() {
+        let text = r#"<mujoco><custom><numeric name="penny.k" data="2500"/><numeric name="penny.c" data="20"/></custom>
+            <worldbody><geom type="plane" size="1 1 1"/>
+            <body pos="0 0 .2"><freejoint/><geom size=".1" mass="1"/></body></worldbody></mujoco>"#;
+        let model = crate::parse("ball.xml", text).unwrap_or_else(|e| panic!("{e}")).model;
+        let integrator = integrate::by_name("Euler").expect("an integrator");
+        let columns = [&tutorial::LAW, &SILENT].map(|contact| {
+            let method = Method { contact, integrator, timestep: 1e-3, rounds: crate::forward::ROUNDS };
+            column(&model, &method, &touches(&model, &method)[0])
+        });
+        // m g / k, not MuJoCo's 68 µm.
+        assert_eq!((columns[0][7].as_str(), columns[1][7].as_str()), ("3.92 mm", "3.92 mm *"));
+        for i in (1..8).filter(|i| *i != 6) {
+            assert_eq!(format!("{} *", columns[0][i]), columns[1][i], "{columns:?}");
+        }
+        // What an impact gives back is measured at one speed, in finite steps.
+        let [formula, measured] =
+            [0, 1].map(|i| columns[i][6].trim_end_matches(" *").parse::<f64>().expect("a number"));
+        assert!((formula - measured).abs() < 3e-3 && columns[1][6].ends_with(MEASURED), "{columns:?}");
+        assert_eq!(columns[1][8], "no formula");
+    }
 }

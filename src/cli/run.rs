@@ -11,12 +11,12 @@ mod doubts;
 
 use self::doubts::{Ledger, Overlap};
 use super::Failure;
-use super::explain::{largest_timestep, requirements};
+use super::explain::{hopping, largest_timestep, requirements};
 use super::files;
 use super::format::{count, fixed, short, si, table};
 use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
 use crate::data::Data;
-use crate::explain;
+use crate::explain::{self, probe};
 use crate::forward::{Diverged, Method, step};
 use crate::model::{JointKind, Model};
 use crate::plot;
@@ -149,6 +149,19 @@ fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: us
     let touches = explain::touches(model, method);
     for line in super::explain::springs(model, method, &touches).into_iter().take(4) {
         rows.push(["spring".into(), line]);
+    }
+    for (touch, hop) in hopping(model, method, &touches) {
+        let probe::Hop { rest, depth: [low, high], fall } = hop;
+        rows.push([
+            "rest".into(),
+            format!(
+                "{touch}: none; by its formula {} deep, but a step falls g h² = {}: it hops, {} off to {} deep (see explain)",
+                si(rest, "m"),
+                si(fall, "m"),
+                si(-low, "m"),
+                si(high, "m")
+            ),
+        ]);
     }
     let mut step = format!("{}, {}", si(method.timestep, "s"), count(steps, "step", "steps"));
     let limit = largest_timestep(model, method, &touches);

@@ -19,8 +19,6 @@ use crate::mjcf;
 use crate::model::{Joint, JointKind, Keyframe, Model};
 use crate::state::State;
 
-/// Contact law of scenes that do not name one.
-pub const DEFAULT_LAW: &str = "penalty";
 /// s
 const DEFAULT_TIME: f64 = 3.0;
 /// More would take longer than a day even where a step takes 0.1 µs.
@@ -81,7 +79,7 @@ impl MethodArgs {
 
     /// How to compute the scene: what was asked for, else what the scene says, else the defaults.
     pub fn method(&self, model: &Model) -> Result<Method, Failure> {
-        let law = self.contact.as_deref().or(model.contact_law()).unwrap_or(DEFAULT_LAW);
+        let law = self.contact.as_deref().or(model.contact_law()).unwrap_or(contact::default().name);
         let integrator = self.integrator.as_deref().unwrap_or(&model.opt.integrator);
         Ok(Method {
             contact: contact::by_name(law)

@@ -120,7 +120,7 @@ impl Args {
     /// The laws of a map: those that were named, else the scene's.
     fn mapped(&self, model: &Model) -> Vec<&'static Law> {
         let laws = self.laws(model);
-        let own = model.contact_law().unwrap_or(scene::DEFAULT_LAW);
+        let own = model.contact_law().unwrap_or(contact::default().name);
         match contact::by_name(own) {
             Some(own) if self.laws.is_empty() => vec![own],
             _ => laws,

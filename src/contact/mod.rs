@@ -11,11 +11,14 @@
 //! | `island` | the rows of one island, and where its results go |
 //! | `impedance`, `constants` | what `solref` and `solimp` mean |
 //! | `cost`, `newton`, `block_cholesky` | convex problems in the accelerations, and Newton's method for them |
+//! | `pointwise` | for laws that are a formula for one contact point |
+//! | `describe` | what a law says of itself to `explain` and `compare` |
 //! | `penalty`, `mujoco`, `tutorial` | the laws |
 
 pub mod block_cholesky;
 pub mod constants;
 pub mod cost;
+pub mod describe;
 pub mod disjoint_sets;
 pub mod impedance;
 pub mod island;
@@ -24,13 +27,15 @@ mod joint_rows;
 pub mod mujoco;
 pub mod newton;
 pub mod penalty;
+pub mod pointwise;
 pub mod tutorial;
 
 use crate::data::{Contact, Data, Scratchpad};
 use crate::forward::Method;
 use crate::math::Vec3;
-use crate::model::Model;
+use crate::model::{Mix, Model};
 use crate::state::{Start, State};
+use describe::{Ask, Description, Unlike};
 use island::Island;
 use islands::Islands;
 use newton::Outcome;
@@ -53,6 +58,12 @@ pub struct Law {
     pub solve: fn(&Task, &mut Scratchpad, &mut Island) -> Outcome,
     /// A faster way to the same forces for one free body against what never moves; see [`Shortcut`].
     pub shortcut: Option<Shortcut>,
+    /// Coefficients of friction that it uses for a mix: two sliding (1), spinning (m), two rolling (m).
+    pub friction: fn(&Model, &Mix) -> [f64; 5],
+    /// What it makes of a contact, as far as it has formulas; [`describe::nothing`] if it has none.
+    pub describe: fn(&Ask) -> Description,
+    /// How its forces differ from MuJoCo's; `None` gives no reason.
+    pub unlike: Option<Unlike>,
 }
 
 /// Finds the forces of a free body's contacts with what never moves and its acceleration (of its mover), or says that it
@@ -80,6 +91,11 @@ pub enum Lever {
 
 /// The default comes first.
 pub const ALL: &[&Law] = &[&penalty::LAW, &mujoco::LAW, &tutorial::LAW];
+
+/// The law of scenes that name none.
+pub fn default() -> &'static Law {
+    ALL[0]
+}
 
 /// The law of that name.
 pub fn by_name(name: &str) -> Option<&'static Law> {

@@ -28,9 +28,11 @@
 //! Source: C. Xing, Physics Simulation Tutorial (2025), Algorithms 1–4. Algorithm 1 as printed lets the damper
 //! act without contact too; like the course's other algorithms, Penny applies it in contact only.
 
-use super::island::{Island, Push, Source};
-use super::newton::{Constraint, Outcome};
-use super::{Law, Lever, Task, impedance};
+use super::constants::{self, Spring};
+use super::describe::{Ask, Creep, Description, Touch, Unlike};
+use super::island::Island;
+use super::newton::Outcome;
+use super::{Law, Lever, Task, impedance, pointwise};
 use crate::data::Scratchpad;
 use crate::dynamics;
 use crate::model::{Mix, Model};
@@ -44,6 +46,12 @@ pub static LAW: Law = Law {
     lever: Lever::Surface,
     solve,
     shortcut: None,
+    friction,
+    describe,
+    unlike: Some(Unlike {
+        normal: own_spring,
+        friction: "tutorial's is −μ F_n tanh(α v), which creeps where it should hold; MuJoCo's is a damper",
+    }),
 };
 
 /// Steepness of the friction law where the scene gives no `penny.alpha`, s/m: full friction from about 2 cm/s on.
@@ -64,56 +72,70 @@ pub fn spring_damper(model: &Model, mix: &Mix, inverse_mass: f64, timestep: f64)
     (k, c)
 }
 
-fn solve(task: &Task, _: &mut Scratchpad, island: &mut Island) -> Outcome {
-    let onset = if task.method.integrator.implicit {
-        impedance::onset(true, task.method.timestep, dynamics::gravity(task.model).norm())
-    } else {
-        0.0
-    };
-    for i in 0..island.sources.len() {
-        if let Source::Contact(index) = island.sources[i] {
-            island.constraints[i].force = force(task, onset, index, &island.constraints[i]);
-        }
-    }
-    island.solve(task.model, task.data, Push)
+/// Spring and damper of one of a pair's contact points, with its share of the mass that the pair carries.
+pub fn spring(model: &Model, touch: &Touch, timestep: f64) -> Spring {
+    let (k, c) = spring_damper(model, &model.mixes[touch.mix], touch.estimate / touch.mass, timestep);
+    Spring { mass: touch.share(), k, c }
 }
 
-/// The force of one contact: normal, sliding, spinning, rolling.
-fn force(task: &Task, onset: f64, index: usize, c: &Constraint) -> [f64; 6] {
-    let Task { model, method, data, .. } = *task;
-    let contact = &data.contacts[index];
-    let (mix, depth, dim, v) = (&model.mixes[contact.mix as usize], -contact.dist, c.cone.dim, &c.velocity);
-    let mut force = [0.0; 6];
-    if depth <= 0.0 {
-        return force;
+/// Coefficients of friction: `penny.mu` and `penny.mu_roll` where the scene has them.
+fn friction(model: &Model, mix: &Mix) -> [f64; 5] {
+    let [slide_1, slide_2, spin, roll_1, roll_2] = mix.friction;
+    let (mu, roll) = (model.tutorial.mu, model.tutorial.mu_roll);
+    [mu.unwrap_or(slide_1), mu.unwrap_or(slide_2), spin, roll.unwrap_or(roll_1), roll.unwrap_or(roll_2)]
+}
+
+/// Spring and damper of one contact point, with its share of the mass.
+///
+///     depth at rest = m g / k
+///     restitution, creep: [`constants::tutorial_restitution`], [`constants::tutorial_creep`]
+fn describe(ask: &Ask) -> Description {
+    let Ask { model, touch, timestep, slope } = *ask;
+    let mix = &model.mixes[touch.mix];
+    let spring = spring(model, touch, timestep);
+    let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
+    let creep = constants::tutorial_creep(friction(model, mix)[0], alpha, slope);
+    Description {
+        springs: Some([spring; 2]),
+        each_point: true,
+        approach_only: true,
+        restitution: Some(constants::tutorial_restitution(spring.zeta())),
+        rest_depth: Some(spring.mass * ask.gravity() / spring.k),
+        creep: Some(creep.map_or(Creep::Slides, Creep::At)),
     }
-    let weights = contact.body.map(|b| model.bodies[b as usize].invweight0);
-    let (k, damping) = spring_damper(model, mix, weights[0][0] + weights[1][0], method.timestep);
-    let normal = (k * depth + damping * (-v[0]).max(0.0)) * impedance::share(depth, onset);
-    force[0] = normal;
-    if dim >= 3 {
+}
+
+/// Its spring and damper on the scene's first mix, in words.
+fn own_spring(model: &Model, timestep: f64) -> String {
+    let mass = model.bodies.iter().map(|b| b.invweight0[0]).find(|&w| w > 0.0).unwrap_or(1.0);
+    let from = |given: Option<f64>| if given.is_some() { "from <custom>" } else { "from solref" };
+    let (k, c) = spring_damper(model, &model.mixes[0], mass, timestep);
+    let ([k, c], given) = ([k, c].map(|x| format!("{x:.2e}")), [model.tutorial.k, model.tutorial.c].map(from));
+    format!(
+        "tutorial has its own law: F = k d + c max(0, −v) with k = {k} N/m ({}) and c = {c} N s/m ({}), no solimp, no \
+         damping on the way out",
+        given[0], given[1]
+    )
+}
+
+fn solve(task: &Task, _: &mut Scratchpad, island: &mut Island) -> Outcome {
+    let Task { model, method, .. } = *task;
+    let implicit = method.integrator.implicit;
+    let onset = impedance::onset(implicit, method.timestep, dynamics::gravity(model).norm());
+    let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
+    pointwise::solve(task, island, |point| {
+        let (v, [mu, _, spin, roll, _]) = (&point.velocity, friction(model, point.mix));
+        let (k, damping) = spring_damper(model, point.mix, point.inverse_mass, method.timestep);
+        let normal = (k * point.depth + damping * (-v[0]).max(0.0)) * impedance::share(point.depth, onset);
         let speed = v[1].hypot(v[2]);
-        let mu = model.tutorial.mu.unwrap_or(mix.friction[0]);
-        let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
-        if speed > 0.0 {
-            let friction = -mu * normal * (alpha * speed).tanh() / speed;
-            (force[1], force[2]) = (friction * v[1], friction * v[2]);
-        }
-    }
-    // Torque per angular velocity near zero, N m s.
-    let steep = if method.integrator.implicit {
-        1.0 / (IMPLICIT_SPIN * method.timestep * (weights[0][1] + weights[1][1]))
-    } else {
-        f64::INFINITY
-    };
-    if dim >= 4 {
-        [force[3]] = opposing([v[3]], mix.friction[2] * normal, steep);
-    }
-    if dim >= 6 {
-        let limit = model.tutorial.mu_roll.unwrap_or(mix.friction[3]) * normal;
-        [force[4], force[5]] = opposing([v[4], v[5]], limit, steep);
-    }
-    force
+        let sliding = if speed > 0.0 { -mu * normal * (alpha * speed).tanh() / speed } else { 0.0 };
+        // Torque per angular velocity near zero, N m s.
+        let steep =
+            if implicit { 1.0 / (IMPLICIT_SPIN * method.timestep * point.inverse_inertia) } else { f64::INFINITY };
+        let [spinning] = opposing([v[3]], spin * normal, steep);
+        let [roll_1, roll_2] = opposing([v[4], v[5]], roll * normal, steep);
+        [normal, sliding * v[1], sliding * v[2], spinning, roll_1, roll_2]
+    })
 }
 
 /// Torque of size `limit` against an angular velocity, less where that is nearly zero: −min(limit, steep |ω|) ω/|ω|.

@@ -3,80 +3,35 @@
 pub mod probe;
 pub mod rehearsal;
 
-use crate::collision::{Hits, Placed};
-use crate::contact::constants::{self, Carried, Spring};
-use crate::contact::tutorial;
+use crate::collision::{self, Hits, Placed};
+pub use crate::contact::describe::Touch;
+use crate::contact::describe::{Ask, Description};
 use crate::data::Data;
 use crate::dynamics;
 use crate::forward::{self, Method};
 use crate::math::{Mat3, Vec3, Vec6, mat};
-use crate::model::{GeomKind, Model, Pair};
+use crate::model::{Bound, GeomKind, Model, Pair};
 use crate::state::State;
-
-/// Two geoms that can touch, and how.
-#[derive(Clone, Debug)]
-pub struct Touch {
-    /// Lower kind first.
-    pub geom: [usize; 2],
-    pub mix: usize,
-    /// Contact points when they lie flat on each other; the weight is shared by them.
-    pub points: usize,
-    /// Mass that the pair puts against each other along the normal, kg; see [`constants::effective_mass`].
-    pub mass: f64,
-    /// Inverse mass that MuJoCo's model assumes (diagApprox), over the true one.
-    pub estimate: f64,
-    /// Stiffest way in which the points together can press on their bodies, as a mass: 1 / (points · A) with the
-    /// largest inverse mass A of a point, kg. A bound, used for the timestep of the `tutorial` law.
-    pub lightest: f64,
-    /// Whether one of the two never moves, so that the other can rest on it.
-    pub rests: bool,
-}
-
-impl Touch {
-    /// Spring of all points together in the `penalty` and `mujoco` laws, at rest and pressed hard.
-    pub fn springs(&self, model: &Model, timestep: f64) -> [Spring; 2] {
-        let mix = &model.mixes[self.mix];
-        let carried = Carried { mass: self.mass, softness: self.softness(model) };
-        let hard = mix.solimp[2].max(1.0);
-        [self.rest_depth(model, timestep), hard]
-            .map(|depth| constants::spring(mix, carried, depth, timestep, model.opt.flags.refsafe))
-    }
-
-    /// Spring of one point in the `tutorial` law; its mass is its share of the mass carried.
-    pub fn tutorial_spring(&self, model: &Model, timestep: f64) -> Spring {
-        let estimate = self.estimate / self.mass;
-        let (k, c) = tutorial::spring_damper(model, &model.mixes[self.mix], estimate, timestep);
-        Spring { mass: self.mass / self.points as f64, k, c }
-    }
-
-    /// How deep one rests on the other under its weight in the `penalty` and `mujoco` laws, m.
-    pub fn rest_depth(&self, model: &Model, timestep: f64) -> f64 {
-        let (gravity, refsafe) = (weight(model), model.opt.flags.refsafe);
-        constants::rest_depth(&model.mixes[self.mix], self.softness(model), gravity, timestep, refsafe)
-    }
-
-    /// Speed at which it creeps down a `slope` (rad) that it should stick to, in the `mujoco` law, m/s.
-    pub fn creep(&self, model: &Model, timestep: f64, slope: f64) -> f64 {
-        let scene = constants::Scene {
-            cone: model.opt.cone,
-            impratio: model.opt.impratio,
-            gravity: weight(model),
-            timestep,
-            refsafe: model.opt.flags.refsafe,
-        };
-        let depth = self.rest_depth(model, timestep);
-        constants::creep(&model.mixes[self.mix], &scene, self.estimate, self.points, depth, slope)
-    }
-
-    fn softness(&self, model: &Model) -> f64 {
-        let mix = &model.mixes[self.mix];
-        constants::softness(mix, model.opt.cone, model.opt.impratio, self.estimate, self.points)
-    }
-}
 
 /// Size of gravity, m/s².
 pub fn weight(model: &Model) -> f64 {
     dynamics::gravity(model).norm()
+}
+
+/// What a law makes of a contact: by its formulas, and by trying it where it gives none.
+#[derive(Clone, Debug)]
+pub struct Meaning {
+    /// What the law says of itself.
+    pub formulas: Description,
+    /// What it does; only where it says nothing of its spring or its depth at rest.
+    pub measured: Option<probe::Measured>,
+}
+
+/// What the law of `method` makes of a contact, on a slope of `slope` (rad) where that matters.
+pub fn meaning(model: &Model, method: &Method, touch: &Touch, slope: f64) -> Meaning {
+    let formulas = (method.contact.describe)(&Ask { model, touch, timestep: method.timestep, slope });
+    let silent = formulas.springs.is_none() || formulas.rest_depth.is_none() || formulas.restitution.is_none();
+    Meaning { measured: silent.then(|| probe::measure(model, method, touch)).flatten(), formulas }
 }
 
 /// All pairs of a scene that are known in advance (a scene of very many geoms finds the others as it runs) and can give
@@ -88,6 +43,60 @@ pub fn touches(model: &Model, method: &Method) -> Vec<Touch> {
     forward::forward(model, method, &state, &mut data);
     let touches = model.pairs.listed.iter().map(|pair| touch(model, &data, pair));
     touches.filter(|touch| touch.mass.is_finite()).collect()
+}
+
+/// Rows of three or more movable bodies that touch one another at the start, each as their indices: where a blow along
+/// the row is shared out among all of them at once, since all springs yield together. Stacks are none: what is in a row
+/// along gravity carries weight.
+///
+/// Touching is a gap below a thousandth of the smaller body's radius.
+pub fn rows_in_touch(model: &Model, state: &State) -> Vec<Vec<usize>> {
+    let near = |pair: &Pair| {
+        let radii = pair.geom.map(|g| model.geoms[g].rbound).into_iter().filter(|r| *r > 0.0);
+        1e-3 * radii.fold(f64::INFINITY, f64::min)
+    };
+    let mut wide = model.clone();
+    for i in 0..wide.pairs.listed.len() {
+        let gap = near(&model.pairs.listed[i]);
+        let pair = &mut wide.pairs.listed[i];
+        pair.bound = Bound::None;
+        let mix = &mut wide.mixes[pair.mix];
+        mix.margin = if gap.is_finite() { mix.margin.max(gap) } else { mix.margin };
+    }
+    let mut data = Data::new(&wide);
+    dynamics::kinematics(&wide, &state.qpos, &mut data);
+    collision::detect(&wide, &mut data);
+    // Two bodies that move apart, and the direction from the first to the second.
+    let down = dynamics::gravity(model).try_normalize(0.0).unwrap_or(Vec3::zeros());
+    let tree = |b: u32| model.bodies[b as usize].tree;
+    let mut edges: Vec<(usize, usize, Vec3)> = Vec::new();
+    for c in &data.contacts {
+        let normal = c.frame.row(0).transpose();
+        let [a, b] = c.body.map(|b| b as usize);
+        let apart = c.body.map(tree).iter().all(Option::is_some) && tree(c.body[0]) != tree(c.body[1]);
+        if apart && normal.dot(&down).abs() < 0.9 && !edges.iter().any(|e| (e.0, e.1) == (a, b)) {
+            edges.push((a, b, normal));
+        }
+    }
+    let mut rows: Vec<Vec<usize>> = Vec::new();
+    for (i, e) in edges.iter().enumerate() {
+        for f in &edges[i + 1..] {
+            // In a row: they share a body, and go on in the same direction.
+            let shared = [(e.1, f.0, 1.0), (e.0, f.1, 1.0), (e.0, f.0, -1.0), (e.1, f.1, -1.0)];
+            let onward = |(x, y, sign): &(usize, usize, f64)| x == y && sign * e.2.dot(&f.2) > 0.7;
+            if !shared.iter().any(onward) {
+                continue;
+            }
+            let mut row: Vec<usize> = vec![e.0, e.1, f.0, f.1];
+            let (joined, apart): (Vec<_>, Vec<_>) = rows.into_iter().partition(|r| r.iter().any(|b| row.contains(b)));
+            row.extend(joined.into_iter().flatten());
+            row.sort_unstable();
+            row.dedup();
+            rows = apart;
+            rows.push(row);
+        }
+    }
+    rows
 }
 
 fn touch(model: &Model, data: &Data, pair: &Pair) -> Touch {

@@ -5,9 +5,11 @@
 //! parameters, displaced by a nanometre or less. If that displacement grows, the step is too large.
 
 use crate::contact::constants::Spring;
+use crate::contact::describe::{Ask, Touch};
 use crate::data::Data;
-use crate::explain::Touch;
+use crate::dynamics;
 use crate::forward::{Method, forward, step};
+use crate::math::Vec3;
 use crate::model::{Cone, Model};
 use crate::state::State;
 
@@ -32,11 +34,8 @@ const GRAVITY: f64 = 9.81;
 ///
 /// Out: s.
 pub fn largest_timestep(model: &Model, method: &Method, touch: &Touch) -> Option<f64> {
-    scene(model, method, touch)?;
-    let stable = |h: f64| {
-        let method = Method { timestep: h, ..*method };
-        scene(model, &method, touch).is_some_and(|scene| stable(&scene, &method))
-    };
+    let scene = scene(model, touch, touch.lightest)?;
+    let stable = |h: f64| stable(&scene, &Method { timestep: h, ..*method });
     // REFSAFE softens contacts as the step grows, so stability can come back: look for the first step that fails.
     let mut good = certain(model, method, touch);
     if undamped(model, method, touch) && !stable(good) {
@@ -71,31 +70,33 @@ fn undamped(model: &Model, method: &Method, touch: &Touch) -> bool {
     springs(model, method, touch).iter().any(|s| s.c == 0.0)
 }
 
-/// The springs that the contact may be.
+/// The springs that the contact may be: the law's own, or else the one that it shows when it is tried.
 fn springs(model: &Model, method: &Method, touch: &Touch) -> Vec<Spring> {
-    if method.contact.name == "tutorial" {
-        return vec![Spring { mass: touch.lightest, ..touch.tutorial_spring(model, method.timestep) }];
+    let ask = Ask { model, touch, timestep: method.timestep, slope: 0.0 };
+    let description = (method.contact.describe)(&ask);
+    let mass = |s: Spring| if description.each_point { touch.lightest } else { s.mass };
+    match description.springs {
+        Some(springs) => springs.map(|s| Spring { mass: mass(s), ..s }).to_vec(),
+        None => {
+            let shown = |m: Measured| Spring { mass: touch.lightest, ..m.spring };
+            measure(model, method, touch).map(shown).into_iter().collect()
+        }
     }
-    touch.springs(model, method.timestep).to_vec()
 }
 
-/// The body on its spring. `None` if the pair cannot be put so (nothing of it moves).
-fn scene(model: &Model, method: &Method, touch: &Touch) -> Option<Model> {
+/// A body that can only move along the normal, on one contact point of the pair, and carries `mass` (kg). `None` if the
+/// pair cannot be put so.
+///
+/// What a law derives from the pair's estimated inverse mass is as in the scene itself: A of the body here is
+/// 1/`mass`, its estimate that of the whole pair. With `mass` = [`Touch::lightest`] the body is the stiffest way to
+/// press on it; with [`Touch::share`] it rests as deep as the pair does.
+fn scene(model: &Model, touch: &Touch, mass: f64) -> Option<Model> {
     let mix = &model.mixes[touch.mix];
-    // A body of 1 kg, whatever the true mass: only k/m and c/m count. The tutorial's k and c belong to each of the
-    // points that together push the lightest part of the body; where solref gives them, they follow the timestep.
-    let point = touch.tutorial_spring(model, method.timestep);
-    let per_kilogram = |x: f64| Some(x / touch.lightest);
     let cone = if model.opt.cone == Cone::Elliptic { "elliptic" } else { "pyramidal" };
     let join = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
-    let numeric = |name: &str, value: Option<f64>| {
-        value.map(|v| format!(r#"<numeric name="penny.{name}" data="{v}"/>"#)).unwrap_or_default()
-    };
-    let tutorial = &model.tutorial;
     let text = format!(
         r#"<mujoco>
           <option gravity="0 0 -{GRAVITY}" cone="{cone}" impratio="{}"><flag refsafe="{}"/></option>
-          <custom>{}{}{}</custom>
           <default><geom condim="{}" friction="{}" solref="{}" solimp="{}"/></default>
           <worldbody>
             <geom type="plane" size="1 1 1"/>
@@ -104,15 +105,158 @@ fn scene(model: &Model, method: &Method, touch: &Touch) -> Option<Model> {
         </mujoco>"#,
         model.opt.impratio,
         if model.opt.flags.refsafe { "enable" } else { "disable" },
-        numeric("k", per_kilogram(point.k)),
-        numeric("c", per_kilogram(point.c)),
-        numeric("alpha", tutorial.alpha),
         mix.condim,
         join(&[mix.friction[0], mix.friction[2], mix.friction[3]]),
         join(&mix.solref),
         join(&mix.solimp),
     );
-    crate::parse("probe.xml", &text).ok().map(|scene| scene.model)
+    let mut scene = crate::parse("probe.xml", &text).ok()?.model;
+    // The reader knows no bodies as light as the end of a stick.
+    let body = &mut scene.bodies[1];
+    (body.mass, body.inertia) = (mass, body.inertia * mass);
+    body.invweight0 = [touch.estimate / touch.mass; 2];
+    scene.dofs[0].invweight0 = 1.0 / mass;
+    scene.tutorial = model.tutorial.clone();
+    Some(scene)
+}
+
+/// What a law does with a contact, found by trying.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Of one contact point at rest with its share of the mass: k = ∂F/∂d, and c = −∂F/∂v for approach.
+    pub spring: Spring,
+    /// The damper acts on approach only: on the way out ∂F/∂v = 0.
+    pub approach_only: bool,
+    /// m
+    pub rest_depth: f64,
+    /// Share of the speed that is given back at [`IMPACT`], without weight.
+    pub restitution: f64,
+}
+
+/// Speed of the impact of [`Measured::restitution`], m/s.
+pub const IMPACT: f64 = 1.0;
+/// Differences for slopes: relative to the depth at rest, and to the speed √(k/m) · depth.
+const SMALL: f64 = 1e-4;
+/// The step of an impact is halved until what comes back changes by less than this.
+const SETTLED: f64 = 1e-4;
+
+/// Tries the law of `method` on one point of the pair. `None` where it does not hold a weight.
+pub fn measure(model: &Model, method: &Method, touch: &Touch) -> Option<Measured> {
+    let mass = touch.share();
+    let scene = scene(model, touch, mass)?;
+    let (mut state, mut data) = (State::new(&scene), Data::new(&scene));
+    let rest = rest(&scene, method, &mut state, &mut data);
+    let depth = -rest;
+    if !(depth > 0.0 && depth < 100.0) {
+        return None;
+    }
+    let mut force = |depth: f64, v: f64| {
+        (state.qpos[0], state.qvel[0]) = (-depth, v);
+        forward(&scene, method, &state, &mut data);
+        mass * (data.qacc[0] + GRAVITY)
+    };
+    let k = (force(depth * (1.0 + SMALL), 0.0) - force(depth * (1.0 - SMALL), 0.0)) / (2.0 * SMALL * depth);
+    let v = SMALL * (k / mass).sqrt() * depth;
+    let still = force(depth, 0.0);
+    let [approach, rebound] = [-v, v].map(|v| (force(depth, v) - still) / -v);
+    let spring = Spring { mass, k, c: approach.max(0.0) };
+    let approach_only = rebound.abs() < 1e-3 * approach;
+    Some(Measured { spring, approach_only, rest_depth: depth, restitution: impact(&scene, method, &spring)? })
+}
+
+/// Share of the speed [`IMPACT`] that comes back, in ever smaller steps.
+fn impact(scene: &Model, method: &Method, spring: &Spring) -> Option<f64> {
+    let mut weightless = scene.clone();
+    weightless.opt.flags.gravity = false;
+    let bounce = |timestep: f64| {
+        let method = Method { timestep, ..*method };
+        let (mut state, mut data) = (State::new(scene), Data::new(&weightless));
+        state.qvel[0] = -IMPACT;
+        for _ in 0..MOST_OF_AN_IMPACT {
+            step(&weightless, &method, &mut state, &mut data).ok()?;
+            if state.qvel[0] > 0.0 && state.qpos[0] > 0.0 {
+                return Some(state.qvel[0] / IMPACT);
+            }
+        }
+        Some(0.0)
+    };
+    let mut timestep = 0.05 / spring.omega();
+    let mut last = bounce(timestep);
+    for _ in 0..10 {
+        timestep *= 0.5;
+        let next = bounce(timestep);
+        match (last, next) {
+            (Some(a), Some(b)) if (a - b).abs() < SETTLED => return next,
+            _ => last = next,
+        }
+    }
+    last
+}
+
+const MOST_OF_AN_IMPACT: usize = 200_000;
+
+/// Rest that is none: a body hops on the ground for ever.
+///
+/// Inside the ground a spring ω holds the body at a depth r; outside, only the weight acts, a whole step at a time.
+/// Whoever leaves the ground for n steps comes back with n g h less speed than it left with, whatever height it had:
+///
+///     v_in = n g h − u,   u = e v_in     ⇒   v_in = n g h / (1 + e),   depth up to about v_in/ω
+///
+/// with u the speed at which it leaves and e the restitution. To leave the ground again it must swing up by more than
+/// r: so it hops for ever if e g h is more than about ω r, and settles if it is less. With K d r = g (1 − d)/d a soft
+/// contact of MuJoCo's kind has ω r ≪ √(g r): it hops where r is below about g h², the fall of one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hop {
+    /// Where the law holds the weight, m deep.
+    pub rest: f64,
+    /// What it does instead: m deep, from least (below 0 it is off the ground) to most.
+    pub depth: [f64; 2],
+    /// g h², m
+    pub fall: f64,
+}
+
+/// Whether a body that is dropped on the pair's ground still hops after thousands of steps, under the law, integrator and timestep of `method`. `None` if it comes to rest.
+pub fn hop(model: &Model, method: &Method, touch: &Touch) -> Option<Hop> {
+    if !touch.rests || dynamics::gravity(model).norm() == 0.0 {
+        return None;
+    }
+    let mut scene = scene(model, touch, touch.share())?;
+    scene.opt.gravity = Vec3::new(0.0, 0.0, -dynamics::gravity(model).norm());
+    let [rest, low, high] = settle(&scene, method)?;
+    if low >= 0.0 || high - low <= 0.1 * rest {
+        return None;
+    }
+    let fall = dynamics::gravity(model).norm() * method.timestep * method.timestep;
+    Some(Hop { rest, depth: [low, high], fall })
+}
+
+/// The largest timestep by halving at which [`hop`] finds rest, s. `None` if none of those tried.
+pub fn calm_timestep(model: &Model, method: &Method, touch: &Touch) -> Option<f64> {
+    let smaller = (1..=HALVINGS).map(|n| method.timestep * 0.5f64.powi(n));
+    smaller.into_iter().find(|&timestep| hop(model, &Method { timestep, ..*method }, touch).is_none())
+}
+
+/// Height that a body is dropped from, in falls g h² of one step: it comes in at 14 g h, and hops for several n.
+const DROP: f64 = 100.0;
+/// Steps in which a body has to come to rest; the last quarter is looked at.
+const SETTLING: usize = 8000;
+/// Timesteps tried below one at which it hops.
+const HALVINGS: i32 = 8;
+
+/// Depth at rest, and the least and the most depth at the end of a long run, m. `None` if the run diverges.
+fn settle(scene: &Model, method: &Method) -> Option<[f64; 3]> {
+    let (mut state, mut data) = (State::new(scene), Data::new(scene));
+    let rest = -rest(scene, method, &mut state, &mut data);
+    let mut state = State::new(scene);
+    state.qpos[0] = DROP * dynamics::gravity(scene).norm() * method.timestep * method.timestep;
+    let mut depth = [f64::INFINITY, f64::NEG_INFINITY];
+    for i in 0..SETTLING {
+        step(scene, method, &mut state, &mut data).ok()?;
+        if 4 * i >= 3 * SETTLING {
+            depth = [depth[0].min(-state.qpos[0]), depth[1].max(-state.qpos[0])];
+        }
+    }
+    Some([rest, depth[0], depth[1]])
 }
 
 /// Whether a displacement from rest does not grow: neither far beyond its size, nor by [`GROWS`] from the first half

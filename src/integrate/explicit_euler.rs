@@ -11,6 +11,8 @@ pub const METHOD: Integrator = Integrator {
     about: "old velocity moves, old force accelerates: gains energy; only to see why nobody uses it",
     implicit: false,
     advance,
+    // [1, h; −hω², 1 − 2ζωh]
+    amplification: Some(|s, h| [[1.0, h], [-h * s.stiffness(), 1.0 - h * s.damping()]]),
 };
 
 /// Explicit Euler.

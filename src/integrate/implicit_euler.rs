@@ -14,6 +14,12 @@ pub const METHOD: Integrator = Integrator {
     about: "all forces, contacts included, are those at the end of the step; Newton's method",
     implicit: true,
     advance,
+    // (1 − h L)⁻¹,   L = [0, 1; −ω², −2ζω]
+    amplification: Some(|s, h| {
+        let (k, c) = (h * h * s.stiffness(), h * s.damping());
+        let det = 1.0 + c + k;
+        [[(1.0 + c) / det, h / det], [-h * s.stiffness() / det, 1.0 / det]]
+    }),
 };
 
 /// Scratch of Newton's method.

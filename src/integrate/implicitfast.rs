@@ -1,4 +1,4 @@
-use super::{Integrator, add_scaled, displace};
+use super::{Integrator, add_scaled, displace, semi_implicit_euler};
 use crate::data::Data;
 use crate::dynamics::{actuation, inertia};
 use crate::forward::{Method, forward};
@@ -13,6 +13,7 @@ pub const METHOD: Integrator = Integrator {
     about: "semi-implicit Euler, with dampers, actuators and the gyroscopic force of free bodies implicit",
     implicit: false,
     advance,
+    amplification: Some(semi_implicit_euler::amplification),
 };
 
 /// Whether this integrator does for a model what MuJoCo does under the MJCF keyword.

@@ -12,6 +12,7 @@ use crate::math::{Quat, exp, quat, vec3, wxyz};
 use crate::model::{JointKind, Model};
 use crate::state::State;
 
+/// An integrator.
 pub struct Integrator {
     /// CLI name.
     pub name: &'static str,
@@ -25,6 +26,36 @@ pub struct Integrator {
     pub implicit: bool,
     /// One step of `method.timestep`: advances time, qpos, qvel and the warm starts.
     pub advance: fn(&Model, &Method, &mut State, &mut Data),
+    /// What a step h (s) makes of a damped spring: (x, v) ← A(h) (x, v), row by row. `None`: the method gives no formula,
+    /// and theory says nothing about its timestep.
+    pub amplification: Option<fn(&DampedSpring, h: f64) -> Matrix2>,
+}
+
+/// A 2 × 2 matrix, row by row.
+pub type Matrix2 = [[f64; 2]; 2];
+
+/// A damped spring of unit mass, as theory asks an integrator about it.
+///
+///     v̇ = −ω² x − 2 ζ ω v
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DampedSpring {
+    /// rad/s
+    pub omega: f64,
+    /// Damping ratio.
+    pub zeta: f64,
+    /// Its damper is a joint's, which some integrators take implicitly; contacts' dampers are explicit.
+    pub joint: bool,
+}
+
+impl DampedSpring {
+    /// ω², 1/s²
+    pub fn stiffness(&self) -> f64 {
+        self.omega * self.omega
+    }
+    /// 2 ζ ω, 1/s
+    pub fn damping(&self) -> f64 {
+        2.0 * self.zeta * self.omega
+    }
 }
 
 pub const ALL: &[&Integrator] = &[

@@ -1,4 +1,4 @@
-use super::{Integrator, add_scaled, displace};
+use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
 use crate::data::Data;
 use crate::forward::{Method, forward};
 use crate::math::{Vec3, vec3};
@@ -12,7 +12,23 @@ pub const METHOD: Integrator = Integrator {
     about: "Runge–Kutta of fourth order, four evaluations a step: nearly conserves energy",
     implicit: false,
     advance,
+    amplification: Some(amplification),
 };
+
+/// 1 + hL + (hL)²/2 + (hL)³/6 + (hL)⁴/24,   L = [0, 1; −ω², −2ζω]
+fn amplification(spring: &DampedSpring, h: f64) -> Matrix2 {
+    let l = [[0.0, h], [-h * spring.stiffness(), -h * spring.damping()]];
+    let mut term: Matrix2 = [[1.0, 0.0], [0.0, 1.0]];
+    let mut sum = term;
+    for n in 1..=4 {
+        let [a, b] = l;
+        term = term.map(|t| [0, 1].map(|j| (t[0] * a[j] + t[1] * b[j]) / f64::from(n)));
+        for (s, t) in sum.iter_mut().flatten().zip(term.iter().flatten()) {
+            *s += t;
+        }
+    }
+    sum
+}
 
 /// Fractions of the step at which stages 2 to 4 stand, and the weights of all four in the result.
 const STAGE: [f64; 3] = [0.5, 0.5, 1.0];

@@ -1,4 +1,4 @@
-use super::{Integrator, add_scaled, displace};
+use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
 use crate::data::Data;
 use crate::dynamics::inertia;
 use crate::forward::{Method, forward};
@@ -12,7 +12,18 @@ pub const METHOD: Integrator = Integrator {
     about: "new velocity moves, old force accelerates; joint damping implicit",
     implicit: false,
     advance,
+    amplification: Some(amplification),
 };
+
+/// Joint dampers implicit, those of contacts explicit.
+///
+///     v′ = (v − hω²x − e) / (1 + i),   x′ = x + h v′,   with e = 2ζωh v or i = 2ζωh
+pub fn amplification(spring: &DampedSpring, h: f64) -> Matrix2 {
+    let damping = h * spring.damping();
+    let (explicit, implicit) = if spring.joint { (0.0, damping) } else { (damping, 0.0) };
+    let v = [-h * spring.stiffness() / (1.0 + implicit), (1.0 - explicit) / (1.0 + implicit)];
+    [[1.0 + h * v[0], h * v[1]], v]
+}
 
 /// Semi-implicit Euler, joint damping D implicit.
 ///

@@ -388,7 +388,7 @@ pub fn at(setting: &Setting, axes: [&Quantity; 2], values: [f64; 2]) -> Setting 
 /// Largest growth per step that theory sees in a setting: above 1 it is unstable.
 pub fn predicted(setting: &Setting) -> Option<f64> {
     let springs: Vec<Spring> = theory::springs(&setting.case.model, &setting.method);
-    let radius = |s: &Spring| theory::radius(setting.method.integrator.name, s, setting.method.timestep);
+    let radius = |s: &Spring| theory::radius(setting.method.integrator, s, setting.method.timestep);
     springs.iter().filter_map(radius).reduce(f64::max)
 }
 
@@ -435,7 +435,7 @@ pub fn limits(setting: &Setting, axes: [&Quantity; 2], map: &Map, along: usize) 
             pair[along] = value;
             at(setting, axes, pair)
         };
-        let calm = |value: f64| predicted(&set(value)).is_none_or(|r| r <= 1.0 + 1e-12);
+        let calm = |value: f64| predicted(&set(value)).is_none_or(|r| r <= theory::GROWS);
         let class = |j: usize| map.classes[if along == 0 { i * map.x.len() + j } else { j * map.x.len() + i }];
         let end = values.len() - 1;
         let order: Vec<usize> = if unstable(class(0)) { (0..=end).rev().collect() } else { (0..=end).collect() };

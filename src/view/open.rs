@@ -39,7 +39,7 @@ pub fn open(path: &Path) -> Result<Opened, String> {
 ///
 /// Errors: one sentence if it asks for what Penny does not have.
 pub fn method(model: &Model) -> Result<Method, String> {
-    let law = model.contact_law().unwrap_or("penalty");
+    let law = model.contact_law().unwrap_or(contact::default().name);
     let integrator = &model.opt.integrator;
     Ok(Method {
         contact: contact::by_name(law).ok_or_else(|| format!("there is no contact law `{law}`"))?,

@@ -1,8 +1,9 @@
 //! What `penny explain` says, against closed forms.
 
-use penny::contact::{self, constants};
+use penny::contact::{self, constants, tutorial};
+use penny::data::Data;
 use penny::explain::{self, Touch, probe, rehearsal};
-use penny::forward::Method;
+use penny::forward::{Method, step};
 use penny::integrate;
 use penny::model::Model;
 use penny::state::State;
@@ -90,7 +91,7 @@ fn the_measured_timestep_limit_is_the_closed_form() {
 #[test]
 fn the_tutorials_spring_is_a_point_of_what_the_scene_says() {
     let model = ball("0.02 1", r#"<numeric name="penny.k" data="5000"/><numeric name="penny.c" data="40"/>"#);
-    let spring = only_touch(&model).tutorial_spring(&model, 0.002);
+    let spring = tutorial::spring(&model, &only_touch(&model), 0.002);
     assert_eq!((spring.k, spring.c), (5000.0, 40.0));
     assert!((spring.omega() - 50.0).abs() < 1e-12 && (spring.zeta() - 0.2).abs() < 1e-12);
 }
@@ -121,6 +122,51 @@ fn the_tiniest_mass_has_a_limit() {
         probe::largest_timestep(&model, &method("tutorial", "semi-implicit-euler"), &touch)
     });
     assert!(limits[0].is_some_and(|h| h > 1e-2) && limits[1].is_some_and(|h| h < 1e-6), "{limits:?}");
+}
+
+/// Where the fall of a step is more than the depth at rest, a body hops for ever, about as far as it is said to.
+#[test]
+fn what_hops_for_ever_is_said_to() {
+    let model = scene("circle");
+    let method = Method { timestep: 1e-3, ..method("penalty", "semi-implicit-euler") };
+    let touch = only_touch(&model);
+    let hop = probe::hop(&model, &method, &touch).expect("it hops");
+    assert!((hop.rest - 8.18e-6).abs() < 1e-8 && (hop.fall - 9.81e-6).abs() < 1e-12, "{hop:?}");
+    let (mut state, mut data) = (State::new(&model), Data::new(&model));
+    let mut deepest = f64::NEG_INFINITY;
+    for i in 0..20_000 {
+        step(&model, &method, &mut state, &mut data).unwrap_or_else(|e| panic!("{e}"));
+        if i >= 15_000 {
+            deepest = deepest.max(0.2 - data.xpos[1].z);
+        }
+    }
+    // Falls of one step or of two: which one it ends with depends on the height that it came from.
+    let said = hop.depth[1];
+    assert!(deepest > 0.4 * said && deepest < 2.2 * said && deepest > 5.0 * hop.rest, "{deepest} {hop:?}");
+    let calm = probe::calm_timestep(&model, &method, &touch).expect("a timestep at which it rests");
+    assert!(calm < 1e-3 && probe::hop(&model, &Method { timestep: calm, ..method }, &touch).is_none());
+    // Deep enough in the ground, it rests.
+    let mut elliptic = scene("circle");
+    elliptic.opt.cone = penny::model::Cone::Elliptic;
+    assert!(probe::hop(&elliptic, &Method { timestep: 1e-3, ..method }, &touch).is_none());
+}
+
+/// A Newton's cradle without gaps, with gaps, and a stack.
+#[test]
+fn bodies_that_touch_in_a_row_are_named() {
+    let balls = |step: [f64; 3]| {
+        let ball = |i: usize| {
+            let [x, y, z] = step.map(|s| s * i as f64);
+            format!(r#"<body pos="{x} {y} {z}"><freejoint/><geom size="0.05" mass="1"/></body>"#)
+        };
+        let text = format!("<mujoco><worldbody>{}</worldbody></mujoco>", (0..4).map(ball).collect::<String>());
+        let model = penny::parse("row.xml", &text).unwrap_or_else(|e| panic!("{e}")).model;
+        explain::rows_in_touch(&model, &State::new(&model))
+    };
+    assert_eq!(balls([0.1, 0.0, 0.0]), [[1, 2, 3, 4]]);
+    assert_eq!(balls([0.06, 0.08, 0.0]), [[1, 2, 3, 4]]);
+    assert!(balls([0.102, 0.0, 0.0]).is_empty(), "gaps");
+    assert!(balls([0.0, 0.0, 0.1]).is_empty(), "a stack");
 }
 
 fn scene(name: &str) -> Model {

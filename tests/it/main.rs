@@ -11,6 +11,7 @@ mod extremes;
 mod invariance;
 mod models;
 mod mujoco_law;
+mod own;
 mod penalty;
 mod picture;
 mod random_scene;

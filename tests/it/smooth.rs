@@ -1,6 +1,6 @@
 //! Motion without contact: against MuJoCo stage by stage, against itself in other words, and against exactness.
 
-use penny::contact::{Law, Lever};
+use penny::contact::{Law, Lever, describe};
 use penny::data::Data;
 use penny::dynamics::energy::{energy, momentum};
 use penny::dynamics::{jacobian, kinematics, smooth, solve_m, xipos};
@@ -20,6 +20,9 @@ const NO_LAW: Law = Law {
     lever: Lever::Midpoint,
     solve: |_, _, _| panic!("a contact law ran without contacts"),
     shortcut: None,
+    friction: |_, mix| mix.friction,
+    describe: describe::nothing,
+    unlike: None,
 };
 
 fn model(xml: &str) -> Model {

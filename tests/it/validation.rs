@@ -48,8 +48,13 @@ fn every_closed_form_has_a_case() {
 /// - Paths: semi-implicit Euler moves with the speed at the end of each step, h/2 times the change of speed too far.
 ///   Against the sum of such steps (`… by steps`) the law is ten times closer than MuJoCo, whose friction is too small.
 /// - Share: the soft contacts let the block tilt by 1.3e-4 rad. MuJoCo's friction acts inside the overlap, 0.05 mm off.
-const MISSES: &[&str] =
-    &["block that slides at 35°: path", "block that stops: path", "block on 15°: share of the load downhill"];
+///
+/// With each stands the error beyond which it has grown: a hundredth more than it is, in the quantity's unit.
+const MISSES: &[(&str, f64)] = &[
+    ("block that slides at 35°: path", 1.64e-3),
+    ("block that stops: path", 3.06e-3),
+    ("block on 15°: share of the load downhill", 5.3e-5),
+];
 
 #[test]
 fn the_penalty_law_is_at_least_as_close_as_mujoco_but_for_the_known_misses() {
@@ -57,8 +62,10 @@ fn the_penalty_law_is_at_least_as_close_as_mujoco_but_for_the_known_misses() {
     for record in &*RECORDS {
         let theirs = (record.mujoco - record.exact).abs();
         // Equal but for rounding, which grows with the number of steps (up to 1e5).
-        if !MISSES.contains(&record.name.as_str()) && error(record, "penalty") > theirs * (1.0 + 1e-6) + 1e-10 {
-            misses.push(record.name.as_str());
+        let known = MISSES.iter().find(|(name, _)| *name == record.name).map(|(_, bound)| *bound);
+        let ours = error(record, "penalty");
+        if ours > known.unwrap_or(theirs * (1.0 + 1e-6) + 1e-10) {
+            misses.push(format!("{}: {ours:e}, MuJoCo {theirs:e}", record.name));
         }
     }
     assert!(misses.is_empty(), "new misses: {misses:?}");

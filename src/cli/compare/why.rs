@@ -7,7 +7,7 @@
 use crate::cli::explain::body_name;
 use crate::cli::format::{count, si};
 use crate::collision::exact;
-use crate::contact::{mujoco, tutorial};
+use crate::contact::mujoco;
 use crate::data::{Contact, Data};
 use crate::forward::{Method, forward, step};
 use crate::math::Vec3;
@@ -47,7 +47,8 @@ const ROUNDING: f64 = 1e-12;
 pub fn reasons(model: &Model, method: &Method, start: &State, steps: usize) -> Vec<String> {
     let law = method.contact.name;
     let mut reasons = Vec::new();
-    if law == mujoco::LAW.name {
+    // The law that this page asks for MuJoCo's forces.
+    if std::ptr::eq(method.contact, &mujoco::LAW) {
         reasons.extend(inexact_contacts(model, method, start, steps));
         return reasons;
     }
@@ -58,29 +59,26 @@ pub fn reasons(model: &Model, method: &Method, start: &State, steps: usize) -> V
             false => format!("joint limits and dry friction: {law} has none"),
         });
     }
-    if law == tutorial::LAW.name && difference.all > ROUNDING {
-        reasons.push(constants(model, method));
-        return reasons;
-    }
     let Some(worst) = difference.worst.filter(|_| difference.all > ROUNDING) else { return reasons };
     let friction = (1.0 - difference.bare / difference.all).max(0.0);
     let (time, place) = (si(worst.time, "s"), place(model, &worst.contact));
     let percent = |share: f64| format!("{:.0} % of the difference in force", 100.0 * share);
+    let unlike = method.contact.unlike;
+    let silent = || format!("why, the law {law} does not say");
     if friction > 0.01 {
         let [slip, turn] = [si(worst.slip, "m/s"), si(worst.turn, "rad/s")];
         reasons.push(format!(
-            "friction: {} is gone without it. At {time} {place} slips at {slip} and turns at {turn}; MuJoCo softens \
-             friction (its R) and lets it change the normal force, {law} does neither",
+            "friction: {} is gone without it. At {time} {place} slips at {slip} and turns at {turn}; {}",
             percent(friction),
+            unlike.map_or_else(silent, |u| u.friction.to_owned())
         ));
     }
     if friction < 0.99 {
         let contacts = count(worst.contacts, "contact", "contacts");
         reasons.push(format!(
-            "mass split: {} is there without friction. At {time} {place} has {contacts}; MuJoCo finds all forces of \
-             an island together, {law} in turns (--rounds {})",
+            "normal forces: {} is there without friction. At {time} {place} has {contacts}; {}",
             percent(1.0 - friction),
-            method.rounds,
+            unlike.map_or_else(silent, |u| (u.normal)(model, method.timestep))
         ));
     }
     reasons
@@ -158,20 +156,6 @@ fn place(model: &Model, contact: &Contact) -> String {
     names.join(" on ")
 }
 
-/// The spring and damper of the course's law on the scene's first mix.
-fn constants(model: &Model, method: &Method) -> String {
-    let mass = model.bodies.iter().map(|b| b.invweight0[0]).find(|&w| w > 0.0).unwrap_or(1.0);
-    let from = |given: bool| if given { "from <custom>" } else { "from solref" };
-    let (k, c) = tutorial::spring_damper(model, &model.mixes[0], mass, method.timestep);
-    format!(
-        "its own law: F = k d + c max(0, −v) with k = {} ({}) and c = {} ({}), no solimp, no damping on the way out",
-        si(k, "N/m"),
-        from(model.tutorial.k.is_some()),
-        si(c, "N s/m"),
-        from(model.tutorial.c.is_some()),
-    )
-}
-
 /// Pairs of shapes that have touched and for which MuJoCo may choose other points.
 fn inexact_contacts(model: &Model, method: &Method, start: &State, steps: usize) -> Option<String> {
     let (mut state, mut data) = (start.clone(), Data::new(model));
@@ -198,13 +182,17 @@ mod tests {
     use crate::contact;
     use crate::integrate;
 
-    /// The reasons for what a law does in the first fifth of a second.
-    fn why(law: &str, bodies: &str) -> Vec<String> {
+    fn scene(bodies: &str) -> Model {
         let text = format!(
             r#"<mujoco><option timestep="0.002" tolerance="0"/><default><geom condim="1"/></default><worldbody>
                <geom type="plane" size="9 9 1"/>{bodies}</worldbody></mujoco>"#
         );
-        let model = crate::parse("scene.xml", &text).unwrap_or_else(|e| panic!("{e}")).model;
+        crate::parse("scene.xml", &text).unwrap_or_else(|e| panic!("{e}")).model
+    }
+
+    /// The reasons for what a law does in the first fifth of a second.
+    fn why(law: &str, bodies: &str) -> Vec<String> {
+        let model = scene(bodies);
         let contact = contact::by_name(law).expect("a law");
         let integrator = integrate::by_name("Euler").expect("an integrator");
         let method = Method { contact, integrator, timestep: 0.002, rounds: crate::forward::ROUNDS };
@@ -231,7 +219,7 @@ mod tests {
         let at = |i: usize| format!(r#"<body pos="{} 0 {}">"#, 0.001 * i as f64, 0.101 + 0.201 * i as f64);
         let body = |i| at(i) + r#"<freejoint/><geom type="box" size=".1 .1 .1" mass="1"/></body>"#;
         let reasons = why("penalty", &(0..20).map(body).collect::<String>());
-        assert!(reasons[0].starts_with("mass split: 100 %"), "{reasons:?}");
+        assert!(reasons[0].starts_with("normal forces: 100 %"), "{reasons:?}");
     }
 
     #[test]
@@ -250,8 +238,18 @@ mod tests {
     fn the_courses_law_names_its_constants() {
         // Standard solref (0.02, 1) and a ball of 4.19 kg: k = m/τ², c = 2m/τ.
         let reasons = why("tutorial", &ball(""));
-        assert!(reasons[0].contains("k = 10.5 kN/m (from solref)"), "{reasons:?}");
-        assert!(reasons[0].contains("c = 419 N s/m"), "{reasons:?}");
+        assert!(reasons[0].contains("k = 1.05e4 N/m (from solref)"), "{reasons:?}");
+        assert!(reasons[0].contains("c = 4.19e2 N s/m"), "{reasons:?}");
+    }
+
+    #[test]
+    fn a_law_that_gives_no_reason_is_said_to_give_none() {
+        static OWN: contact::Law = contact::Law { name: "own", unlike: None, ..contact::tutorial::LAW };
+        let model = scene(&ball(""));
+        let integrator = integrate::by_name("Euler").expect("an integrator");
+        let method = Method { contact: &OWN, integrator, timestep: 0.002, rounds: crate::forward::ROUNDS };
+        let reasons = reasons(&model, &method, &State::new(&model), 100);
+        assert!(reasons[0].ends_with("why, the law own does not say"), "{reasons:?}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::cli::format::{short, si};
 use crate::data::Contact;
 use crate::explain;
 use crate::forward::Method;
+use crate::integrate;
 use crate::model::Model;
 use crate::record::Sample;
 
@@ -94,7 +95,9 @@ impl Ledger {
                 format!("the timestep is too long for the springs: try --timestep {:.1e}", rounded_down(limit))
             }
             _ => {
-                let other = if integrator == "rk4" { "" } else { " or --integrator rk4" };
+                // Of the highest order; that one itself can only take smaller steps.
+                let best = integrate::ALL.iter().rev().max_by_key(|i| i.order).filter(|i| i.name != integrator);
+                let other = best.map_or_else(String::new, |best| format!(" or --integrator {}", best.name));
                 format!("{integrator} errs at this timestep: try --timestep {:.1e}{other}", 0.25 * h)
             }
         };

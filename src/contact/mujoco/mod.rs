@@ -14,6 +14,7 @@ pub mod coefficients;
 pub mod efc;
 
 use super::cost::Kind;
+use super::describe::{self, Description};
 use super::impedance;
 use super::island::{Island, Solve, Source};
 use super::newton::{self, Constraint, Outcome, Space, Stop, Vectors};
@@ -31,6 +32,9 @@ pub static LAW: Law = Law {
     lever: Lever::Midpoint,
     solve,
     shortcut: None,
+    friction: |_, mix| mix.friction,
+    describe: |ask| Description { creep: Some(describe::soft_creep(ask)), ..describe::soft(ask) },
+    unlike: None,
 };
 
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {

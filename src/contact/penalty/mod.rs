@@ -45,6 +45,7 @@
 //! Coulomb law", Math. Meth. Appl. Sci. 5 (1983), 422–437 (fixed point of Tresca problems).
 
 use super::cost::{GROUPS, Kind};
+use super::describe::{self, Creep, Description, Unlike};
 use super::impedance::{PerMix, Reference, clamp, impedance, regularisation, share};
 use super::island::{Island, Solve, Source};
 use super::mujoco::coefficients::inverse_mass;
@@ -62,6 +63,16 @@ pub static LAW: Law = Law {
     lever: Lever::Surface,
     solve,
     shortcut: None,
+    friction: |_, mix| mix.friction,
+    describe: |ask| Description {
+        // But for ε, its friction stops the slip at the end of the step.
+        creep: Some(if ask.slides(ask.model.mixes[ask.touch.mix].friction[0]) { Creep::Slides } else { Creep::Sticks }),
+        ..describe::soft(ask)
+    },
+    unlike: Some(Unlike {
+        normal: |_, _| "friction elsewhere in the island changes them otherwise than in MuJoCo".to_owned(),
+        friction: "MuJoCo softens friction (its R) and lets it change the normal force, penalty does neither",
+    }),
 };
 
 /// Residual at which the forces count as solved, relative to the largest acceleration that a normal force causes.

@@ -126,7 +126,7 @@ pub const ALL: &[Truth] = &[
         about: "v = v₀/(1 + k)",
         needs: "a sphere on a free joint and level ground that slides along x without spin, condim 3 or 4; \
                 --time past the slip",
-        exact: |case, _| Some(slide_to_roll(case)?.end_speed()),
+        exact: |case, method| Some(slide_to_roll(case, method)?.end_speed()),
         signal: |v| v.state.qvel[0],
         reduce: Reduce::Last,
     },
@@ -135,11 +135,11 @@ pub const ALL: &[Truth] = &[
         quantity: "time at which slip falls to 1 mm/s [s]",
         about: "t = v₀ k/((1 + k) μ g)",
         needs: "the same",
-        exact: |case, _| {
-            let slide = slide_to_roll(case)?;
+        exact: |case, method| {
+            let slide = slide_to_roll(case, method)?;
             (slide.v0 > SLIP).then_some(slide.slip_end() * (1.0 - SLIP / slide.v0))
         },
-        signal: |v| v.state.qvel[0] - ball(v.case).map_or(0.0, |b| b.radius) * v.state.qvel[4],
+        signal: |v| v.state.qvel[0] - ball(v.case, v.method).map_or(0.0, |b| b.radius) * v.state.qvel[4],
         reduce: Reduce::Until(SLIP),
     },
     Truth {
@@ -147,7 +147,7 @@ pub const ALL: &[Truth] = &[
         quantity: "path [m]",
         about: "x = ½ (v₀ + v) t* + v (t − t*)",
         needs: "the same",
-        exact: |case, _| Some(slide_to_roll(case)?.path(case.seconds)),
+        exact: |case, method| Some(slide_to_roll(case, method)?.path(case.seconds)),
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
     },
@@ -156,8 +156,8 @@ pub const ALL: &[Truth] = &[
         quantity: "acceleration [m/s²]",
         about: "rolls: a = g sin θ/(1 + k); slips: a = g (sin θ − μ cos θ)",
         needs: "a sphere on a free joint, from rest; gravity that leans along x",
-        exact: |case, _| {
-            let b = ball(case).filter(|_| rests(case) && g(case).x > 0.0)?;
+        exact: |case, method| {
+            let b = ball(case, method).filter(|_| rests(case) && g(case).x > 0.0)?;
             Some(rolling_acceleration(g(case).x, -g(case).z, b.k, b.friction[0]))
         },
         signal: |v| v.state.qvel[0],
@@ -168,8 +168,8 @@ pub const ALL: &[Truth] = &[
         quantity: "acceleration [m/s²]",
         about: "rolls: a = F/(m (1 + k)); slips: a = F/m − μ g",
         needs: "a sphere on a free joint and level ground, from rest; one motor that pushes it along x",
-        exact: |case, _| {
-            let b = ball(case).filter(|_| rests(case) && level(case))?;
+        exact: |case, method| {
+            let b = ball(case, method).filter(|_| rests(case) && level(case))?;
             let motor = case.model.actuators.first().filter(|_| case.model.actuators.len() == 1)?;
             let push = motor.gear[0] * case.start.ctrl.first()? / b.mass;
             Some(rolling_acceleration(push, -g(case).z, b.k, b.friction[0]))
@@ -184,15 +184,11 @@ pub const ALL: &[Truth] = &[
         needs: "a sphere on level ground, condim 6, that starts along x and rolls in the second half of --time; \
                 free, or with slides along x and z and a hinge about y",
         exact: |case, method| {
-            let (b, spin) = roller(case)?;
-            let friction = match (method.contact.name, &case.model.tutorial) {
-                ("tutorial", own) => [own.mu.unwrap_or(b.friction[0]), own.mu_roll.unwrap_or(b.friction[3])],
-                _ => [b.friction[0], b.friction[3]],
-            };
-            let slide = SlideToRoll { v0: v0(case)[0], k: b.k, braking: -friction[0] * g(case).z };
+            let (b, spin) = roller(case, method)?;
+            let slide = SlideToRoll { v0: v0(case)[0], k: b.k, braking: -b.friction[0] * g(case).z };
             let rolls = (spin * b.radius - slide.v0).abs() < 1e-9 * slide.v0;
             let early = rolls || spin == 0.0 && slide.slip_end() < 0.5 * case.seconds;
-            let a = friction[1] * g(case).z / (b.radius * (1.0 + b.k));
+            let a = b.friction[3] * g(case).z / (b.radius * (1.0 + b.k));
             let fits =
                 slide.v0 > 0.0 && b.condim == 6 && level(case) && early && slide.end_speed() + a * case.seconds > 0.0;
             fits.then_some(a)
@@ -205,8 +201,8 @@ pub const ALL: &[Truth] = &[
         quantity: "angular acceleration [rad/s²]",
         about: "α = −μ_spin m g/I",
         needs: "a sphere on a free joint and level ground, condim 4 or 6, that spins about z for all of --time",
-        exact: |case, _| {
-            let b = ball(case).filter(|b| level(case) && b.condim >= 4)?;
+        exact: |case, method| {
+            let b = ball(case, method).filter(|b| level(case) && b.condim >= 4)?;
             let slower = b.friction[2] * b.mass * g(case).z / (b.k * b.mass * b.radius * b.radius);
             (v0(case)[5] + slower * case.seconds > 0.0).then_some(slower)
         },
@@ -218,8 +214,8 @@ pub const ALL: &[Truth] = &[
         quantity: "speed after a bounce at 1 m/s [m/s]",
         about: "e = exp(−(ζ/√(1 − ζ²)) (π − atan2(2ζ√(1 − ζ²), 1 − 2ζ²)))",
         needs: "a sphere on a free joint that falls on the ground without gravity; solref in its negative form, ζ < 1",
-        exact: |case, _| {
-            ball(case).filter(|_| weightless(case) && v0(case)[2] < 0.0)?;
+        exact: |case, method| {
+            ball(case, method).filter(|_| weightless(case) && v0(case)[2] < 0.0)?;
             let [stiffness, damping] = case.model.mixes.first()?.solref.map(|x| -x);
             (stiffness > 0.0 && damping >= 0.0 && damping * damping < 4.0 * stiffness).then_some(())?;
             Some(-constants::restitution(damping / (2.0 * stiffness.sqrt())) * v0(case)[2])
@@ -271,7 +267,7 @@ pub const ALL: &[Truth] = &[
         quantity: "speed [m/s]",
         about: "a block sticks if tan θ ≤ μ",
         needs: "a box on a free joint, at rest; gravity that leans along x, but too little to make it slide",
-        exact: |case, _| (still_block(case)? <= 0.0).then_some(0.0),
+        exact: |case, method| (still_block(case, method)? <= 0.0).then_some(0.0),
         signal: |v| v.state.qvel[0],
         reduce: Reduce::Last,
     },
@@ -280,7 +276,7 @@ pub const ALL: &[Truth] = &[
         quantity: "acceleration [m/s²]",
         about: "a = g (sin θ − μ cos θ)",
         needs: "a box on a free joint, from rest; gravity that leans along x, enough to make it slide",
-        exact: |case, _| sliding_block(case),
+        exact: |case, method| sliding_block(case, method),
         signal: |v| v.state.qvel[0],
         reduce: Reduce::Rate,
     },
@@ -289,7 +285,7 @@ pub const ALL: &[Truth] = &[
         quantity: "path [m]",
         about: "x = ½ g (sin θ − μ cos θ) t²",
         needs: "the same",
-        exact: |case, _| Some(0.5 * sliding_block(case)? * case.seconds.powi(2)),
+        exact: |case, method| Some(0.5 * sliding_block(case, method)? * case.seconds.powi(2)),
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
     },
@@ -298,7 +294,9 @@ pub const ALL: &[Truth] = &[
         quantity: "path [m]",
         about: "x = ½ g (sin θ − μ cos θ) t (t + h), the sum of semi-implicit Euler's steps",
         needs: "the same, under semi-implicit Euler",
-        exact: |case, method| Some(0.5 * sliding_block(case)? * case.seconds * (case.seconds + method.timestep)),
+        exact: |case, method| {
+            Some(0.5 * sliding_block(case, method)? * case.seconds * (case.seconds + method.timestep))
+        },
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
     },
@@ -307,7 +305,7 @@ pub const ALL: &[Truth] = &[
         quantity: "share of the steps in contact",
         about: "what slides without being thrown stays in contact",
         needs: "the same",
-        exact: |case, _| sliding_block(case).map(|_| 1.0),
+        exact: |case, method| sliding_block(case, method).map(|_| 1.0),
         signal: |v| f64::from(normal_force(v.data) > 0.0),
         reduce: Reduce::Mean,
     },
@@ -316,7 +314,7 @@ pub const ALL: &[Truth] = &[
         quantity: "F_t/F_n, 0 where nothing touches",
         about: "F_t = μ F_n",
         needs: "the same",
-        exact: |case, _| sliding_block(case).and(mu(case)),
+        exact: |case, method| sliding_block(case, method).and(mu(case, method)),
         signal: |v| {
             let tangential: f64 = v.data.contacts.iter().map(|c| c.force[1].hypot(c.force[2])).sum();
             let normal = normal_force(v.data);
@@ -329,7 +327,7 @@ pub const ALL: &[Truth] = &[
         quantity: "path [m]",
         about: "x = v₀²/(2 μ g)",
         needs: "a box on a free joint that slides along x on level ground; --time until it has stopped",
-        exact: |case, _| Some(v0(case)[0].powi(2) / (2.0 * stopping_block(case)?)),
+        exact: |case, method| Some(v0(case)[0].powi(2) / (2.0 * stopping_block(case, method)?)),
         signal: |v| v.state.qpos[0],
         reduce: Reduce::Last,
     },
@@ -339,7 +337,7 @@ pub const ALL: &[Truth] = &[
         about: "x = h n (v₀ − μ g h (n + 1)/2), n = ⌊v₀/(μ g h)⌋, the sum of semi-implicit Euler's steps",
         needs: "the same, under semi-implicit Euler",
         exact: |case, method| {
-            let slower = stopping_block(case)? * method.timestep;
+            let slower = stopping_block(case, method)? * method.timestep;
             let n = (v0(case)[0] / slower).floor();
             Some(method.timestep * n * (v0(case)[0] - 0.5 * slower * (n + 1.0)))
         },
@@ -351,7 +349,7 @@ pub const ALL: &[Truth] = &[
         quantity: "time at which the speed falls to 1 mm/s [s]",
         about: "t = v₀/(μ g)",
         needs: "the same",
-        exact: |case, _| Some((v0(case)[0] - SLIP) / stopping_block(case)?),
+        exact: |case, method| Some((v0(case)[0] - SLIP) / stopping_block(case, method)?),
         signal: |v| v.state.qvel[0],
         reduce: Reduce::Until(SLIP),
     },
@@ -360,8 +358,8 @@ pub const ALL: &[Truth] = &[
         quantity: "1 if it tipped",
         about: "a block tips if tan θ > b/h",
         needs: "a box on a free joint, from rest; gravity that leans along x, too little to make it slide",
-        exact: |case, _| {
-            let size = block(case).filter(|_| still_block(case).is_some_and(|a| a <= 0.0))?;
+        exact: |case, method| {
+            let size = block(case).filter(|_| still_block(case, method).is_some_and(|a| a <= 0.0))?;
             Some(f64::from(g(case).x > -g(case).z * size.x / size.z))
         },
         signal: |v| f64::from(mat(&quat(&v.state.qpos[3..7]))[(2, 2)] < 0.7),
@@ -372,8 +370,8 @@ pub const ALL: &[Truth] = &[
         quantity: "share of the load on the lower edge",
         about: "½ (1 + tan θ h/b)",
         needs: "the same, and too little to make it tip",
-        exact: |case, _| {
-            let size = block(case).filter(|_| still_block(case).is_some_and(|a| a <= 0.0))?;
+        exact: |case, method| {
+            let size = block(case).filter(|_| still_block(case, method).is_some_and(|a| a <= 0.0))?;
             let share = 0.5 * (1.0 - g(case).x / g(case).z * size.z / size.x);
             (share < 1.0).then_some(share)
         },

@@ -5,6 +5,7 @@ use super::{SLIP, View};
 use crate::collision::detect;
 use crate::data::Data;
 use crate::dynamics::{self, energy};
+use crate::forward::Method;
 use crate::math::{Vec3, mat, quat, vec3};
 use crate::model::{Dof, FreeBody, GeomKind, Joint, JointKind};
 use crate::state::State;
@@ -116,9 +117,9 @@ pub fn axis(wxyz: &[f64]) -> Vec3 {
     mat(&quat(wxyz)).column(2).into()
 }
 
-/// Sliding friction of the first contact.
-pub fn mu(case: &Case) -> Option<f64> {
-    case.model.mixes.first().map(|mix| mix.friction[0])
+/// Sliding friction of the first contact, as the contact law has it.
+pub fn mu(case: &Case, method: &Method) -> Option<f64> {
+    case.model.mixes.first().map(|mix| (method.contact.friction)(&case.model, mix)[0])
 }
 
 /// A round free body on a plane.
@@ -127,26 +128,28 @@ pub struct Ball {
     pub radius: f64,
     /// I/(m R²)
     pub k: f64,
+    /// Coefficients that the contact law uses.
     pub friction: [f64; 5],
     pub condim: usize,
 }
 
-pub fn ball(case: &Case) -> Option<Ball> {
+pub fn ball(case: &Case, method: &Method) -> Option<Ball> {
     let free = free(case)?;
-    sphere(case, free.mass, free.inertia.y)
+    sphere(case, method, free.mass, free.inertia.y)
 }
 
 /// A body that is a sphere, with its moment about y.
-pub fn sphere(case: &Case, mass: f64, inertia: f64) -> Option<Ball> {
+pub fn sphere(case: &Case, method: &Method, mass: f64, inertia: f64) -> Option<Ball> {
     let body = case.model.trees.first()?.bodies.start;
     let radius = case.model.geoms.iter().find(|geom| geom.body == body && geom.kind == GeomKind::Sphere)?.size.x;
     let mix = case.model.mixes.first()?;
-    Some(Ball { mass, radius, k: inertia / (mass * radius * radius), friction: mix.friction, condim: mix.condim })
+    let friction = (method.contact.friction)(&case.model, mix);
+    Some(Ball { mass, radius, k: inertia / (mass * radius * radius), friction, condim: mix.condim })
 }
 
 /// A ball that moves along x, free or in the plane, and its spin about y.
-pub fn roller(case: &Case) -> Option<(Ball, f64)> {
-    if let Some(ball) = ball(case) {
+pub fn roller(case: &Case, method: &Method) -> Option<(Ball, f64)> {
+    if let Some(ball) = ball(case, method) {
         return Some((ball, v0(case)[4]));
     }
     let [x, z, turn] = &case.model.joints[..] else { return None };
@@ -154,12 +157,12 @@ pub fn roller(case: &Case) -> Option<(Ball, f64)> {
     let turns = turn.kind == JointKind::Hinge && turn.axis.y.abs() == 1.0;
     let one = case.model.trees.len() == 1 && case.model.trees[0].bodies.len() == 1;
     (slides && turns && one).then_some(())?;
-    let ball = sphere(case, case.model.bodies[turn.body].mass, 1.0 / case.model.dofs[turn.dofadr].invweight0)?;
+    let ball = sphere(case, method, case.model.bodies[turn.body].mass, 1.0 / case.model.dofs[turn.dofadr].invweight0)?;
     Some((ball, turn.axis.y * v0(case)[turn.dofadr]))
 }
 
-pub fn slide_to_roll(case: &Case) -> Option<SlideToRoll> {
-    let b = ball(case).filter(|b| level(case) && [3, 4].contains(&b.condim))?;
+pub fn slide_to_roll(case: &Case, method: &Method) -> Option<SlideToRoll> {
+    let b = ball(case, method).filter(|b| level(case) && [3, 4].contains(&b.condim))?;
     let slide = SlideToRoll { v0: v0(case)[0], k: b.k, braking: -b.friction[0] * g(case).z };
     let straight = slide.v0 > 0.0 && v0(case)[3..6].iter().all(|w| *w == 0.0);
     (straight && slide.slip_end() < case.seconds).then_some(slide)
@@ -172,20 +175,20 @@ pub fn block(case: &Case) -> Option<Vec3> {
 }
 
 /// Pull down the slope less the most that friction can do, of a block at rest, m/s².
-pub fn still_block(case: &Case) -> Option<f64> {
+pub fn still_block(case: &Case, method: &Method) -> Option<f64> {
     block(case).filter(|_| rests(case) && g(case).z < 0.0)?;
-    Some(g(case).x + mu(case)? * g(case).z)
+    Some(g(case).x + mu(case, method)? * g(case).z)
 }
 
 /// Acceleration of a block that begins to slide.
-pub fn sliding_block(case: &Case) -> Option<f64> {
-    still_block(case).filter(|a| *a > 0.0)
+pub fn sliding_block(case: &Case, method: &Method) -> Option<f64> {
+    still_block(case, method).filter(|a| *a > 0.0)
 }
 
 /// Deceleration μ g of a block that slides on level ground and stops in time.
-pub fn stopping_block(case: &Case) -> Option<f64> {
+pub fn stopping_block(case: &Case, method: &Method) -> Option<f64> {
     block(case).filter(|_| level(case))?;
-    let slower = -mu(case)? * g(case).z;
+    let slower = -mu(case, method)? * g(case).z;
     (v0(case)[0] > SLIP && v0(case)[0] < slower * case.seconds).then_some(slower)
 }
 
