@@ -9,6 +9,7 @@ use crate::contact::rows::Rows;
 use crate::contact::{mujoco, penalty};
 use crate::dynamics;
 use crate::dynamics::plan::Plan;
+use crate::dynamics::planar;
 use crate::dynamics::spatial::Inertia;
 use crate::integrate::implicit_euler::Newton;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
@@ -63,6 +64,8 @@ pub struct Data {
     pub cfrc: Vec<Vec6>,
     pub cinert: Vec<Inertia>,
     pub crb: Vec<Inertia>,
+    /// The same of trees that move in a plane.
+    pub planar: planar::Scratch,
     /// Scratch of the integrators.
     pub stages: Stages,
 
@@ -239,6 +242,7 @@ impl Data {
             cfrc: vec![Vec6::zeros(); n],
             cinert: vec![Inertia::default(); n],
             crb: vec![Inertia::default(); n],
+            planar: planar::Scratch::new(model),
             stages: Stages::new(model.nq, model.nv, entries),
             contacts: Vec::with_capacity(detect::room(model)),
             meetings: Vec::with_capacity(detect::room(model)),

@@ -2,9 +2,11 @@
 //!
 //! Source: Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 6; MuJoCo 4.0 manual, Computation › Inertia.
 
-use super::plan::NONE;
+use super::links::Link;
+use super::plan::{NONE, Plan};
 use super::spatial::{Inertia, dot};
 use crate::data::Data;
+use crate::math::Vec6;
 use crate::model::{JointKind, Model};
 
 /// Inertia of each link of a tree about the origin of its first body.
@@ -30,8 +32,7 @@ pub fn links(model: &Model, t: usize, data: &mut Data) {
 /// Reads: cinert, cdof. Writes: crb (bodies with joints), the tree's block of qm (both triangles) and of qm_rows.
 pub fn matrix(model: &Model, t: usize, data: &mut Data) {
     let Data { plan, qm, qm_rows, m_adr, cinert, crb, cdof, .. } = data;
-    let (tree, links, pattern) = (&model.trees[t], plan.links_of(t), &plan.pattern);
-    let (n, first) = (tree.dofs.len(), tree.dofs.start);
+    let (tree, links) = (&model.trees[t], plan.links_of(t));
     for link in links {
         crb[link.body] = cinert[link.body];
     }
@@ -40,18 +41,37 @@ pub fn matrix(model: &Model, t: usize, data: &mut Data) {
         crb[link.parent].add(&beyond);
     }
     let cdof = &cdof[tree.dofs.clone()];
-    let qm = &mut qm[m_adr[t]..m_adr[t] + n * n];
     // The first three axes of a free joint are the world's.
-    let world = if model.joints[model.dofs[first].joint].kind == JointKind::Free { 3 } else { 0 };
-    for link in links {
-        for j in link.dofs.start - first..link.dofs.end - first {
-            let force = crb[link.body].mul(&cdof[j]);
-            let row = &pattern.rows(&tree.dofs)[j];
-            for (p, (m, entry)) in qm_rows[row.entries()].iter_mut().zip(pattern.entries(row)).enumerate() {
+    let first = model.joints[model.dofs[tree.dofs.start].joint].kind;
+    let world = if first == JointKind::Free { 3 } else { 0 };
+    let force = |link: &Link, j: usize| crb[link.body].mul(&cdof[j]);
+    let product = |i: usize, force: &Vec6| if i < world { force[i] } else { dot(&cdof[i], force) };
+    fill(model, t, plan, qm_rows, &mut qm[m_adr[t]..], force, product);
+}
+
+/// The entries of M, by the force I_j S_j and its products with S_i.
+#[inline(always)]
+pub fn fill<F>(
+    model: &Model,
+    t: usize,
+    plan: &Plan,
+    qm_rows: &mut [f64],
+    qm: &mut [f64],
+    force: impl Fn(&Link, usize) -> F,
+    product: impl Fn(usize, &F) -> f64,
+) {
+    let (dofs, pattern) = (&model.trees[t].dofs, &plan.pattern);
+    let n = dofs.len();
+    let qm = &mut qm[..n * n];
+    for link in plan.links_of(t) {
+        for j in link.dofs.start - dofs.start..link.dofs.end - dofs.start {
+            let force = force(link, j);
+            let row = &pattern.rows(dofs)[j];
+            for (m, entry) in qm_rows[row.entries()].iter_mut().zip(pattern.entries(row)) {
                 let i = entry.column;
-                *m = if p < world { force[p] } else { dot(&cdof[i], &force) };
+                *m = product(i, &force);
                 if i == j {
-                    *m += model.dofs[first + j].armature;
+                    *m += model.dofs[dofs.start + j].armature;
                 }
                 qm[j * n + i] = *m;
                 qm[i * n + j] = *m;

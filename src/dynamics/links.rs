@@ -19,6 +19,8 @@ pub struct Link {
     /// Centre of mass (m) and inertia about it (kg m²) in the frame of `body`.
     pub com: Vec3,
     pub inertia: Sym3,
+    /// Inertia about the centre of mass and the direction of the hinges, of a tree that moves in a plane; otherwise 0.
+    pub turning: f64,
 }
 
 /// How a body hangs on its parent.
@@ -57,7 +59,7 @@ pub fn links(model: &Model, tree: &Tree) -> Vec<Link> {
         let body = &model.bodies[b];
         let parent = if b == tree.bodies.start { NONE } else { model.bodies[body.parent].weld };
         let (mass, com, inertia) = rigid(model, tree, b);
-        Link { body: b, parent, joints: body.joints.clone(), dofs: body.dofs.clone(), mass, com, inertia }
+        Link { body: b, parent, joints: body.joints.clone(), dofs: body.dofs.clone(), mass, com, inertia, turning: 0.0 }
     };
     tree.bodies.clone().filter(jointed).map(link).collect()
 }
@@ -88,6 +90,15 @@ fn rigid(model: &Model, tree: &Tree, first: usize) -> (f64, Vec3, Sym3) {
         inertia.add(&point_mass(m, &(c - com)));
     }
     (mass, com, inertia)
+}
+
+/// How each body is turned in the world in `qpos0`.
+pub fn orientations(model: &Model) -> Vec<Mat3> {
+    let mut turned = vec![Mat3::identity(); model.bodies.len()];
+    for (b, body) in model.bodies.iter().enumerate().skip(1) {
+        turned[b] = turned[body.parent] * mat(&body.quat);
+    }
+    turned
 }
 
 /// How body `b` hangs on its parent.

@@ -14,6 +14,7 @@ pub mod kinematics;
 pub mod links;
 pub mod passive;
 pub mod plan;
+pub mod planar;
 pub mod spatial;
 
 use std::ops::Range;
@@ -84,7 +85,10 @@ pub fn smooth(model: &Model, _method: &Method, state: &State, data: &mut Data) {
 fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mut Data) {
     let tree = &model.trees[t];
     bias::velocities(model, t, &state.qvel, data);
-    if tree.rotates {
+    let plane = data.plan.planes[t];
+    if let Some(plane) = &plane {
+        planar::bias(model, t, plane, gravity, &state.qvel, data);
+    } else if tree.rotates {
         inertia::links(model, t, data);
         bias::bias(model, t, gravity, &state.qvel, data);
     }
@@ -96,7 +100,10 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
     }
     data.qacc_smooth[tree.dofs.clone()].copy_from_slice(&data.qfrc_smooth[tree.dofs.clone()]);
     if tree.rotates {
-        inertia::matrix(model, t, data);
+        match plane {
+            Some(_) => planar::matrix(model, t, data),
+            None => inertia::matrix(model, t, data),
+        }
         factor_m(model, t, data);
         let Data { plan, qld, qacc_smooth, .. } = data;
         plan.pattern.substitute(&tree.dofs, qld, &mut qacc_smooth[tree.dofs.clone()]);

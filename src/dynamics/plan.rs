@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::factor::Pattern;
 use super::links::{Link, Mount, links, mount};
+use super::planar::Plane;
 use crate::math::{Mat3, Vec3, mat};
 use crate::model::{Model, Tree};
 
@@ -37,6 +38,8 @@ pub struct Plan {
     /// Bodies with joints, one tree after another; free bodies need none.
     links: Vec<Link>,
     links_of: Vec<Range<usize>>,
+    /// Trees that turn, in one plane only (by tree).
+    pub planes: Vec<Option<Plane>>,
     /// Bodies without joints, in the same order.
     welded: Vec<usize>,
     welded_in: Vec<Range<usize>>,
@@ -70,7 +73,12 @@ impl Plan {
         let dof_parent = dof_parents(model);
         let with_matrix = model.trees.iter().filter(|t| t.free.is_none()).map(|t| &t.dofs);
         let welded = |b: &usize| model.bodies[*b].weld != *b;
-        let (links, links_of) = by_tree(model, |tree| links(model, tree));
+        let (mut links, links_of) = by_tree(model, |tree| links(model, tree));
+        let mut plane = |(tree, of): (&Tree, &Range<usize>)| {
+            let turns = tree.free.is_none() && tree.rotates;
+            turns.then(|| Plane::of(model, tree, &mut links[of.clone()])).flatten()
+        };
+        let planes = model.trees.iter().zip(&links_of).map(&mut plane).collect();
         let (welded, welded_in) = by_tree(model, |tree| tree.bodies.clone().filter(welded).collect());
         Plan {
             posed: touching(model, true),
@@ -87,6 +95,7 @@ impl Plan {
             mounts: (0..model.bodies.len()).map(|b| mount(model, b)).collect(),
             links,
             links_of,
+            planes,
             welded,
             welded_in,
         }
