@@ -122,13 +122,13 @@ impl Pattern {
     }
 
     /// x ← L⁻¹ D⁻¹ x with what [`factor`](Pattern::factor) left in `h` and `x`: the rest of x ← H⁻¹ x.
-    pub fn substitute<T: Column>(&self, dofs: &Range<usize>, h: &[f64], x: &mut [T]) {
+    pub fn substitute(&self, dofs: &Range<usize>, h: &[f64], x: &mut [f64]) {
         let x = &mut x[..dofs.len()];
         for (k, row) in self.rows(dofs).iter().enumerate() {
             let (l, way) = (&h[row.entries()], &self.entries[row.beside_diagonal()]);
             let mut sum = x[k] * l[way.len()];
             by_length!(way.len(), n => for (l, entry) in l[..n].iter().zip(&way[..n]) {
-                sum -= x[entry.column] * *l;
+                sum -= x[entry.column] * l;
             });
             x[k] = sum;
         }
@@ -144,7 +144,13 @@ impl Pattern {
                 x[entry.column] -= own * *l;
             }
         }
-        self.substitute(dofs, h, x);
+        for (k, row) in self.rows(dofs).iter().enumerate() {
+            let mut sum = x[k] * h[row.diagonal()];
+            for (l, entry) in h[row.beside_diagonal()].iter().zip(&self.entries[row.beside_diagonal()]) {
+                sum -= x[entry.column] * *l;
+            }
+            x[k] = sum;
+        }
     }
 }
 

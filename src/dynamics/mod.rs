@@ -1,8 +1,8 @@
 //! Dynamics without contact: one file a pass.
 //!
 //! A free body takes the closed forms of [`free`]; every other tree goes through kinematics, inertia matrix
-//! (composite rigid bodies), bias forces (recursive Newton–Euler) and one solve. A tree that only slides has a
-//! constant inertia matrix and constant bias forces: they are computed once.
+//! (composite rigid bodies), bias forces (recursive Newton–Euler) and one solve, in three numbers a body where it moves
+//! in one plane. A tree that only slides has a constant inertia matrix and constant bias forces: they are computed once.
 
 pub mod actuation;
 pub mod bias;
@@ -84,34 +84,33 @@ pub fn smooth(model: &Model, _method: &Method, state: &State, data: &mut Data) {
 #[inline(never)]
 fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mut Data) {
     let tree = &model.trees[t];
+    let (bodies, dofs) = (tree.bodies.clone(), tree.dofs.clone());
     bias::velocities(model, t, &state.qvel, data);
-    let plane = data.plan.planes[t];
-    if let Some(plane) = &plane {
-        planar::bias(model, t, plane, gravity, &state.qvel, data);
+    if let Some(plane) = data.plan.planes[t] {
+        planar::bias(model, t, &plane, gravity, &state.qvel, data);
     } else if tree.rotates {
         inertia::links(model, t, data);
         bias::bias(model, t, gravity, &state.qvel, data);
     }
-    for d in tree.dofs.clone() {
+    for d in dofs.clone() {
         data.qfrc_smooth[d] = data.qfrc_passive[d] + data.qfrc_actuator[d] - data.qfrc_bias[d];
     }
-    for b in tree.bodies.clone().take(state.xfrc_applied.len().saturating_sub(tree.bodies.start)) {
+    for b in bodies.clone().take(state.xfrc_applied.len().saturating_sub(bodies.start)) {
         actuation::apply(model, b, &state.xfrc_applied[b], data);
     }
-    data.qacc_smooth[tree.dofs.clone()].copy_from_slice(&data.qfrc_smooth[tree.dofs.clone()]);
-    if tree.rotates {
-        match plane {
-            Some(_) => planar::matrix(model, t, data),
-            None => inertia::matrix(model, t, data),
+    data.qacc_smooth[dofs.clone()].copy_from_slice(&data.qfrc_smooth[dofs.clone()]);
+    if !tree.rotates {
+        data.plan.pattern.solve(&dofs, &data.qld, &mut data.qacc_smooth[dofs.clone()]);
+    } else {
+        if data.plan.planes[t].is_some() {
+            planar::matrix(model, t, data);
+        } else {
+            inertia::matrix(model, t, data);
         }
         factor_m(model, t, data);
-        let Data { plan, qld, qacc_smooth, .. } = data;
-        plan.pattern.substitute(&tree.dofs, qld, &mut qacc_smooth[tree.dofs.clone()]);
-    } else {
-        let Data { plan, qld, qacc_smooth, .. } = data;
-        plan.pattern.solve(&tree.dofs, qld, &mut qacc_smooth[tree.dofs.clone()]);
+        data.plan.pattern.substitute(&dofs, &data.qld, &mut data.qacc_smooth[dofs.clone()]);
     }
-    data.qacc[tree.dofs.clone()].copy_from_slice(&data.qacc_smooth[tree.dofs.clone()]);
+    data.qacc[dofs.clone()].copy_from_slice(&data.qacc_smooth[dofs]);
     bias::accelerations(model, t, data);
 }
 
