@@ -11,6 +11,7 @@ use crate::contact::impedance::Reference;
 use crate::contact::newton::Outcome;
 use crate::dynamics;
 use crate::dynamics::plan::Plan;
+use crate::dynamics::planar;
 use crate::dynamics::spatial::Inertia;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
 use crate::model::Model;
@@ -49,19 +50,23 @@ pub struct Data {
     pub qacc_smooth: Vec<f64>,
     /// Inertia matrix, one dense row-major block per tree at `m_adr[tree]`; free trees have none.
     pub qm: Vec<f64>,
-    /// Its Cholesky factor, same layout.
-    pub qld: Vec<f64>,
     pub m_adr: Vec<usize>,
+    /// The same without what is zero, and its factor: rows as in [`factor`](crate::dynamics::factor).
+    pub qm_rows: Vec<f64>,
+    pub qld: Vec<f64>,
 
     // Scratch of trees that are not free bodies: six-vectors in world axes about the tree's first body.
     /// Twist that each dof causes (nv).
     pub cdof: Vec<Vec6>,
-    /// Twist, acceleration and force of each body; its inertia, alone and with all that hangs on it.
+    /// Twist of each body. Of each body with joints, as one with what is welded to it: acceleration, force, inertia,
+    /// and inertia with all that hangs on it.
     pub cvel: Vec<Vec6>,
     pub cacc: Vec<Vec6>,
     pub cfrc: Vec<Vec6>,
     pub cinert: Vec<Inertia>,
     pub crb: Vec<Inertia>,
+    /// The same of trees that move in a plane.
+    pub planar: planar::Scratch,
     /// Scratch of the integrators.
     pub stages: Stages,
 
@@ -223,7 +228,7 @@ pub struct Stages {
     /// Weighted sums over the stages (nv), or the acceleration that an implicit update uses.
     pub vel: Vec<f64>,
     pub acc: Vec<f64>,
-    /// Factor of an implicit update's matrix, layout of `qm`.
+    /// Factor of an implicit update's matrix, layout of `qld`.
     pub qh: Vec<f64>,
 }
 
@@ -254,6 +259,7 @@ impl Data {
         }
         let zeros = vec![0.0; model.nv];
         let plan = Plan::new(model);
+        let entries = plan.pattern.size();
         // A limited joint may be near both its ends.
         let (contacts, joints) = (detect::room(model), plan.dry.len() + 2 * plan.limited.len());
         let mut data = Data {
@@ -273,15 +279,17 @@ impl Data {
             qfrc_smooth: zeros.clone(),
             qacc_smooth: zeros.clone(),
             qm: vec![0.0; size],
-            qld: vec![0.0; size],
             m_adr,
+            qm_rows: vec![0.0; entries],
+            qld: vec![0.0; entries],
             cdof: vec![Vec6::zeros(); model.nv],
             cvel: vec![Vec6::zeros(); n],
             cacc: vec![Vec6::zeros(); n],
             cfrc: vec![Vec6::zeros(); n],
             cinert: vec![Inertia::default(); n],
             crb: vec![Inertia::default(); n],
-            stages: Stages::new(model.nq, model.nv, size),
+            planar: planar::Scratch::new(model),
+            stages: Stages::new(model.nq, model.nv, entries),
             contacts: Vec::with_capacity(contacts),
             detect: Scratch::default(),
             joint_rows: Vec::with_capacity(joints),

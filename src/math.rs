@@ -61,6 +61,20 @@ pub fn exp(theta: &Vec3) -> Quat {
     Quat::new_unchecked(nalgebra::Quaternion::new(cos, v.x, v.y, v.z))
 }
 
+/// [`exp`] of an angle (rad) about a unit axis.
+#[inline]
+pub fn turn(axis: &Vec3, angle: f64) -> Quat {
+    let (sin, cos) = sin_cos(0.5 * angle);
+    Quat::new_unchecked(nalgebra::Quaternion::new(cos, axis.x * sin, axis.y * sin, axis.z * sin))
+}
+
+/// Sine and cosine; small angles as in [`exp`].
+#[inline]
+fn sin_cos(x: f64) -> (f64, f64) {
+    let xx = x * x;
+    if xx < 0.04 { (x * series(xx, &SINC), series(xx, &COS)) } else { x.sin_cos() }
+}
+
 /// Power series of cos x and sin x / x in x²: (−1)ᵏ / (2k)! and (−1)ᵏ / (2k + 1)!.
 const COS: [f64; 6] = [1.0, -1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0];
 const SINC: [f64; 6] = [1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362880.0, -1.0 / 39916800.0];
@@ -76,6 +90,64 @@ fn series(x: f64, c: &[f64; 6]) -> f64 {
 #[inline]
 pub fn vec3(s: &[f64]) -> Vec3 {
     Vec3::new(s[0], s[1], s[2])
+}
+
+/// A symmetric 3 × 3 matrix.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sym3 {
+    pub xx: f64,
+    pub yy: f64,
+    pub zz: f64,
+    pub xy: f64,
+    pub xz: f64,
+    pub yz: f64,
+}
+
+impl Sym3 {
+    /// R diag(d) Rᵀ
+    pub fn from_principal(d: &Vec3, r: &Mat3) -> Sym3 {
+        Sym3 { xx: d.x, yy: d.y, zz: d.z, ..Sym3::default() }.turned(r)
+    }
+
+    /// R S Rᵀ
+    #[inline]
+    pub fn turned(&self, r: &Mat3) -> Sym3 {
+        let row = |i: usize| Vec3::new(r[(i, 0)], r[(i, 1)], r[(i, 2)]);
+        let (x, y, z) = (row(0), row(1), row(2));
+        let (sx, sy, sz) = (self.mul(&x), self.mul(&y), self.mul(&z));
+        Sym3 { xx: x.dot(&sx), yy: y.dot(&sy), zz: z.dot(&sz), xy: x.dot(&sy), xz: x.dot(&sz), yz: y.dot(&sz) }
+    }
+
+    #[inline]
+    pub fn mul(&self, v: &Vec3) -> Vec3 {
+        Vec3::new(
+            self.xx * v.x + self.xy * v.y + self.xz * v.z,
+            self.xy * v.x + self.yy * v.y + self.yz * v.z,
+            self.xz * v.x + self.yz * v.y + self.zz * v.z,
+        )
+    }
+
+    #[inline]
+    pub fn add(&mut self, other: &Sym3) {
+        self.xx += other.xx;
+        self.yy += other.yy;
+        self.zz += other.zz;
+        self.xy += other.xy;
+        self.xz += other.xz;
+        self.yz += other.yz;
+    }
+
+    pub fn mat(&self) -> Mat3 {
+        Mat3::new(self.xx, self.xy, self.xz, self.xy, self.yy, self.yz, self.xz, self.yz, self.zz)
+    }
+}
+
+/// Inertia about o of a point mass `m` at `c` from o: −m [c]² = m (c² 1 − c cᵀ).
+#[inline]
+pub fn point_mass(m: f64, c: &Vec3) -> Sym3 {
+    let h = m * c;
+    let (xx, yy, zz) = (h.x * c.x, h.y * c.y, h.z * c.z);
+    Sym3 { xx: yy + zz, yy: xx + zz, zz: xx + yy, xy: -h.x * c.y, xz: -h.x * c.z, yz: -h.y * c.z }
 }
 
 /// The matrix of `v ×`.

@@ -38,7 +38,7 @@ fn solve(task: &Task, _: &mut Scratchpad, island: &mut Island) -> Outcome {
         let slip = slip_1.hypot(slip_2).max(f64::MIN_POSITIVE);
         let friction = -point.mix.friction[0] * normal * (ALPHA * slip).tanh() / slip;
         [normal, friction * slip_1, friction * slip_2, 0.0, 0.0, 0.0]
-    });
+    })
 }
 
 /// Small motions about rest, and creep.

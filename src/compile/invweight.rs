@@ -22,7 +22,7 @@ pub fn fill(model: &mut Model) -> Result<(), usize> {
             continue;
         }
         dynamics::inertia_matrix(model, t, &mut data);
-        check_pivots(&model.trees[t], &data, t)?;
+        check_pivots(&model.trees[t], &data)?;
         if slides_simply(model, &model.trees[t]) {
             fill_simple(model, t);
         } else {
@@ -108,12 +108,11 @@ fn fill_articulated(model: &mut Model, t: usize, data: &Data) {
 }
 
 /// Errors: the first dof whose pivot is nothing but rounding.
-fn check_pivots(tree: &Tree, data: &Data, t: usize) -> Result<(), usize> {
-    let n = tree.dofs.len();
-    let diagonal = |matrix: &[f64], i: usize| matrix[data.m_adr[t] + i * (n + 1)];
+fn check_pivots(tree: &Tree, data: &Data) -> Result<(), usize> {
+    let rows = data.plan.pattern.rows(&tree.dofs);
     // The factor holds the inverse of each pivot.
-    let sound = |i: &usize| 1.0 / diagonal(&data.qld, *i) > 1e-13 * diagonal(&data.qm, *i);
-    match (0..n).find(|i| !sound(i)) {
+    let sound = |at: usize| 1.0 / data.qld[at] > 1e-13 * data.qm_rows[at];
+    match rows.iter().position(|row| !sound(row.diagonal())) {
         Some(i) => Err(tree.dofs.start + i),
         None => Ok(()),
     }

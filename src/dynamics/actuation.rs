@@ -25,13 +25,16 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
     for (i, actuator) in model.actuators.iter().enumerate() {
         let joint = &model.joints[actuator.joint];
         let gear = gear(model, actuator);
-        let velocity: f64 = gear.iter().zip(&state.qvel[joint.dofadr..]).map(|(g, v)| g * v).sum();
         let mut ctrl = state.ctrl[i];
         if let (Some([low, high]), true) = (actuator.ctrlrange, model.opt.flags.clampctrl) {
             ctrl = ctrl.max(low).min(high);
         }
         let [constant, length_gain, velocity_gain] = actuator.bias;
-        let mut force = actuator.gain * ctrl + constant + velocity_gain * velocity;
+        let mut force = actuator.gain * ctrl + constant;
+        if velocity_gain != 0.0 {
+            let velocity: f64 = gear.iter().zip(&state.qvel[joint.dofadr..]).map(|(g, v)| g * v).sum();
+            force += velocity_gain * velocity;
+        }
         if length_gain != 0.0 {
             force += length_gain * length(model, actuator, &state.qpos);
         }

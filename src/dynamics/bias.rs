@@ -2,28 +2,31 @@
 //!
 //! Source: Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 5; MuJoCo 4.0 manual, Computation › Bias force.
 
-use super::spatial::{at, cross_force, cross_motion, join};
+use super::plan::NONE;
+use super::spatial::{at, cross_force, cross_motion, dot, join};
 use crate::data::Data;
 use crate::math::{Vec3, Vec6};
-use crate::model::{JointKind, Model, Tree};
+use crate::model::{JointKind, Model};
 
 /// Twist of every body of a tree, and the velocity of its movers.
 ///
 ///     V_b = V_parent + Σ S_j q̇_j
 ///
 /// Reads: cdof, qvel. Writes: cvel (bodies of the tree), vel of the movers.
-pub fn velocities(model: &Model, tree: &Tree, qvel: &[f64], data: &mut Data) {
-    let origin = data.xpos[tree.bodies.start];
-    for b in tree.bodies.clone() {
-        let body = &model.bodies[b];
-        let mut v = if b == tree.bodies.start { Vec6::zeros() } else { data.cvel[body.parent] };
-        for d in body.dofs.clone() {
-            v += data.cdof[d] * qvel[d];
+pub fn velocities(model: &Model, t: usize, qvel: &[f64], data: &mut Data) {
+    let Data { plan, xpos, cdof, cvel, movers, .. } = data;
+    let origin = xpos[model.trees[t].bodies.start];
+    for link in plan.links_of(t) {
+        let mut v = if link.parent == NONE { Vec6::zeros() } else { cvel[link.parent] };
+        for (s, rate) in cdof[link.dofs.clone()].iter().zip(&qvel[link.dofs.clone()]) {
+            v += s * *rate;
         }
-        data.cvel[b] = v;
-        if body.weld == b {
-            data.movers[b].vel = at(&v, &(data.movers[b].com - origin));
-        }
+        cvel[link.body] = v;
+        let mover = &mut movers[link.body];
+        mover.vel = at(&v, &(mover.com - origin));
+    }
+    for &b in plan.welded_in(t) {
+        cvel[b] = cvel[model.bodies[b].weld];
     }
 }
 
@@ -34,57 +37,57 @@ pub fn velocities(model: &Model, tree: &Tree, qvel: &[f64], data: &mut Data) {
 ///     bias_j = S_j · F_b
 ///
 /// V is the twist before the joint's own motion: its axis moves with what comes before it.
-/// Reads: cdof, cinert, cvel, qvel. Writes: cacc, cfrc (bodies of the tree), qfrc_bias.
-pub fn bias(model: &Model, tree: &Tree, gravity: &Vec3, qvel: &[f64], data: &mut Data) {
-    let root = tree.bodies.start;
-    for b in tree.bodies.clone() {
-        let body = &model.bodies[b];
-        let (mut v, mut a) = if b == root {
-            (Vec6::zeros(), join(&-gravity, &Vec3::zeros()))
-        } else {
-            (data.cvel[body.parent], data.cacc[body.parent])
+/// Reads: cdof, cinert, cvel, qvel. Writes: cacc, cfrc (bodies with joints), qfrc_bias.
+pub fn bias(model: &Model, t: usize, gravity: &Vec3, qvel: &[f64], data: &mut Data) {
+    let Data { plan, cdof, cvel, cacc, cfrc, cinert, qfrc_bias, .. } = data;
+    let links = plan.links_of(t);
+    for link in links {
+        let (mut v, mut a) = match link.parent {
+            NONE => (Vec6::zeros(), join(&-gravity, &Vec3::zeros())),
+            parent => (cvel[parent], cacc[parent]),
         };
-        for joint in &model.joints[body.joints.clone()] {
-            let moved: Vec6 = (joint.dofadr..joint.dofadr + joint.kind.nv()).map(|d| data.cdof[d] * qvel[d]).sum();
+        for joint in &model.joints[link.joints.clone()] {
+            let d = joint.dofadr;
+            let mut moved = cdof[d] * qvel[d];
+            for d in d + 1..d + joint.kind.nv() {
+                moved += cdof[d] * qvel[d];
+            }
             // A free joint's translation is along world axes, which nothing carries along.
-            let carried = if joint.kind == JointKind::Free {
-                let slide =
-                    Vec6::new(qvel[joint.dofadr], qvel[joint.dofadr + 1], qvel[joint.dofadr + 2], 0.0, 0.0, 0.0);
-                cross_motion(&slide, &moved)
-            } else {
-                cross_motion(&v, &moved)
+            let carrier = match joint.kind {
+                JointKind::Free => Vec6::new(qvel[d], qvel[d + 1], qvel[d + 2], 0.0, 0.0, 0.0),
+                _ => v,
             };
-            a += carried;
+            a += cross_motion(&carrier, &moved);
             v += moved;
         }
-        data.cacc[b] = a;
-        data.cfrc[b] = data.cinert[b].mul(&a) + cross_force(&v, &data.cinert[b].mul(&v));
+        let inertia = &cinert[link.body];
+        cacc[link.body] = a;
+        cfrc[link.body] = inertia.mul(&a) + cross_force(&v, &inertia.mul(&v));
     }
-    for b in tree.bodies.clone().rev() {
-        let force = data.cfrc[b];
-        for d in model.bodies[b].dofs.clone() {
-            data.qfrc_bias[d] = data.cdof[d].dot(&force);
+    for link in links.iter().rev() {
+        let force = cfrc[link.body];
+        for (bias, s) in qfrc_bias[link.dofs.clone()].iter_mut().zip(&cdof[link.dofs.clone()]) {
+            *bias = dot(s, &force);
         }
-        if b != root {
-            data.cfrc[model.bodies[b].parent] += force;
+        if link.parent != NONE {
+            cfrc[link.parent] += force;
         }
     }
 }
 
 /// J(com)·qacc_smooth of the movers of a tree, as [`velocities`] with accelerations in place of velocities.
 ///
-/// Reads: cdof, qacc_smooth. Writes: cacc (bodies of the tree), acc of the movers.
-pub fn accelerations(model: &Model, tree: &Tree, data: &mut Data) {
-    let origin = data.xpos[tree.bodies.start];
-    for b in tree.bodies.clone() {
-        let body = &model.bodies[b];
-        let mut a = if b == tree.bodies.start { Vec6::zeros() } else { data.cacc[body.parent] };
-        for d in body.dofs.clone() {
-            a += data.cdof[d] * data.qacc_smooth[d];
+/// Reads: cdof, qacc_smooth. Writes: cacc (bodies with joints), acc of the movers.
+pub fn accelerations(model: &Model, t: usize, data: &mut Data) {
+    let Data { plan, xpos, cdof, cacc, movers, qacc_smooth, .. } = data;
+    let origin = xpos[model.trees[t].bodies.start];
+    for link in plan.links_of(t) {
+        let mut a = if link.parent == NONE { Vec6::zeros() } else { cacc[link.parent] };
+        for (s, acc) in cdof[link.dofs.clone()].iter().zip(&qacc_smooth[link.dofs.clone()]) {
+            a += s * *acc;
         }
-        data.cacc[b] = a;
-        if body.weld == b {
-            data.movers[b].acc = at(&a, &(data.movers[b].com - origin));
-        }
+        cacc[link.body] = a;
+        let mover = &mut movers[link.body];
+        mover.acc = at(&a, &(mover.com - origin));
     }
 }

@@ -31,7 +31,7 @@ pub struct Momentum {
 pub fn energy(model: &Model, state: &State, data: &mut Data) -> Energy {
     update(model, state, data);
     let mut energy = Energy::default();
-    for tree in &model.trees {
+    for (t, tree) in model.trees.iter().enumerate() {
         if let Some(free) = &tree.free {
             let vel = &data.movers[tree.bodies.start].vel;
             let w = spatial::ang(vel);
@@ -39,7 +39,7 @@ pub fn energy(model: &Model, state: &State, data: &mut Data) -> Energy {
                 0.5 * (free.mass * spatial::lin(vel).norm_squared() + w.dot(&free.inertia.component_mul(&w)));
             continue;
         }
-        for b in tree.bodies.clone() {
+        for b in data.plan.links_of(t).iter().map(|link| link.body) {
             energy.kinetic += 0.5 * data.cvel[b].dot(&data.cinert[b].mul(&data.cvel[b]));
         }
         for d in tree.dofs.clone() {
@@ -65,7 +65,7 @@ pub fn momentum(model: &Model, state: &State, data: &mut Data) -> Momentum {
     // About the world's origin first.
     let (mut mass, mut moment) = (0.0, Vec3::zeros());
     let (mut linear, mut angular) = (Vec3::zeros(), Vec3::zeros());
-    for tree in &model.trees {
+    for (t, tree) in model.trees.iter().enumerate() {
         let root = tree.bodies.start;
         if let Some(free) = &tree.free {
             let mover = &data.movers[root];
@@ -76,10 +76,10 @@ pub fn momentum(model: &Model, state: &State, data: &mut Data) -> Momentum {
             angular += mover.com.cross(&p) + mover.axes * free.inertia.component_mul(&spatial::ang(&mover.vel));
             continue;
         }
-        for b in tree.bodies.clone() {
+        for b in data.plan.links_of(t).iter().map(|link| link.body) {
             let p = data.cinert[b].mul(&data.cvel[b]);
-            mass += model.bodies[b].mass;
-            moment += model.bodies[b].mass * super::xipos(model, data, b);
+            mass += data.cinert[b].mass;
+            moment += data.cinert[b].moment + data.cinert[b].mass * data.xpos[root];
             linear += spatial::lin(&p);
             angular += spatial::ang(&p) + data.xpos[root].cross(&spatial::lin(&p));
         }
@@ -93,7 +93,7 @@ pub fn momentum(model: &Model, state: &State, data: &mut Data) -> Momentum {
 /// Poses, inertias and velocities at the state.
 fn update(model: &Model, state: &State, data: &mut Data) {
     super::kinematics(model, &state.qpos, data);
-    for tree in &model.trees {
+    for (t, tree) in model.trees.iter().enumerate() {
         let root = tree.bodies.start;
         match &tree.free {
             Some(free) => {
@@ -101,8 +101,8 @@ fn update(model: &Model, state: &State, data: &mut Data) {
                 data.movers[root].vel = super::free::velocity(free, qvel, &data.xmat[root]);
             }
             None => {
-                inertia::bodies(model, tree, data);
-                super::bias::velocities(model, tree, &state.qvel, data);
+                inertia::links(model, t, data);
+                super::bias::velocities(model, t, &state.qvel, data);
             }
         }
     }

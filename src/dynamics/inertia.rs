@@ -1,26 +1,26 @@
-//! The inertia matrix M(q) by the composite rigid body algorithm, and its factor.
+//! The inertia matrix M(q) by the composite rigid body algorithm.
 //!
 //! Source: Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 6; MuJoCo 4.0 manual, Computation › Inertia.
 
-use std::ops::{Mul, SubAssign};
-
-use super::plan::NONE;
-use super::spatial::Inertia;
+use super::links::Link;
+use super::plan::{NONE, Plan};
+use super::spatial::{Inertia, dot};
 use crate::data::Data;
-use crate::math::{Mat3, Vec6, mat};
-use crate::model::{Model, Tree};
+use crate::math::Vec6;
+use crate::model::{JointKind, Model};
 
-/// Inertia of each body of a tree about the origin of its first body.
+/// Inertia of each link of a tree about the origin of its first body.
 ///
-/// Reads: xpos, xmat. Writes: cinert (bodies of the tree).
-pub fn bodies(model: &Model, tree: &Tree, data: &mut Data) {
-    let origin = data.xpos[tree.bodies.start];
-    for b in tree.bodies.clone() {
-        let body = &model.bodies[b];
-        let com = data.xpos[b] + data.xmat[b] * body.ipos - origin;
-        let axes = data.xmat[b] * mat(&body.iquat);
-        let central: Mat3 = axes * Mat3::from_diagonal(&body.inertia) * axes.transpose();
-        data.cinert[b] = Inertia::new(body.mass, &com, &central);
+///     R I Rᵀ about its centre of mass c, shifted by c − o
+///
+/// Reads: xpos, xmat. Writes: cinert (bodies with joints).
+pub fn links(model: &Model, t: usize, data: &mut Data) {
+    let Data { plan, xpos, xmat, cinert, .. } = data;
+    let origin = xpos[model.trees[t].bodies.start];
+    for link in plan.links_of(t) {
+        let axes = &xmat[link.body];
+        let com = xpos[link.body] - origin + axes * link.com;
+        cinert[link.body] = Inertia::new(link.mass, &com, &link.inertia.turned(axes));
     }
 }
 
@@ -29,80 +29,53 @@ pub fn bodies(model: &Model, tree: &Tree, data: &mut Data) {
 ///     M_ij = S_i · I_j S_j   for i on the way from j to the root,   I_j = Σ inertia of the bodies that j moves
 ///     M_jj += armature
 ///
-/// Reads: cinert, cdof. Writes: crb (bodies of the tree), the tree's block of qm (both triangles).
+/// Reads: cinert, cdof. Writes: crb (bodies with joints), the tree's block of qm (both triangles) and of qm_rows.
 pub fn matrix(model: &Model, t: usize, data: &mut Data) {
-    let tree = &model.trees[t];
-    let (n, first, adr) = (tree.dofs.len(), tree.dofs.start, data.m_adr[t]);
-    for b in tree.bodies.clone() {
-        data.crb[b] = data.cinert[b];
+    let Data { plan, qm, qm_rows, m_adr, cinert, crb, cdof, .. } = data;
+    let (tree, links) = (&model.trees[t], plan.links_of(t));
+    for link in links {
+        crb[link.body] = cinert[link.body];
     }
-    for b in tree.bodies.clone().skip(1).rev() {
-        let beyond = data.crb[b];
-        data.crb[model.bodies[b].parent].add(&beyond);
+    for link in links.iter().rev().filter(|link| link.parent != NONE) {
+        let beyond = crb[link.body];
+        crb[link.parent].add(&beyond);
     }
-    let qm = &mut data.qm[adr..adr + n * n];
-    for j in tree.dofs.clone() {
-        let force = data.crb[model.dofs[j].body].mul(&data.cdof[j]);
-        let mut i = j;
-        while i != NONE {
-            let m = data.cdof[i].dot(&force);
-            qm[(j - first) * n + i - first] = m;
-            qm[(i - first) * n + j - first] = m;
-            i = data.plan.dof_parent[i];
-        }
-        qm[(j - first) * (n + 1)] += model.dofs[j].armature;
-    }
+    let cdof = &cdof[tree.dofs.clone()];
+    // The first three axes of a free joint are the world's.
+    let first = model.joints[model.dofs[tree.dofs.start].joint].kind;
+    let world = if first == JointKind::Free { 3 } else { 0 };
+    let force = |link: &Link, j: usize| crb[link.body].mul(&cdof[j]);
+    let product = |i: usize, force: &Vec6| if i < world { force[i] } else { dot(&cdof[i], force) };
+    fill(model, t, plan, qm_rows, &mut qm[m_adr[t]..], force, product);
 }
 
-/// Factors a symmetric positive definite matrix in place: H = Lᵀ D L, L unit lower triangular.
-///
-/// Eliminating from the leaves to the root fills nothing in, so only the entries of dofs on the way to the root
-/// are touched. L is kept below the diagonal; 1/D on the diagonal.
-///
-/// In:     `h` (n × n, row-major), `parent` of dof `first + i` for each i.
-/// Source: Featherstone (2008), §6.5 (LTDL).
-pub fn factor(h: &mut [f64], n: usize, first: usize, parent: &[usize]) {
-    for k in (0..n).rev() {
-        let inverse = 1.0 / h[k * n + k];
-        let mut i = parent[first + k];
-        while i != NONE {
-            let a = h[k * n + i - first] * inverse;
-            let mut j = i;
-            while j != NONE {
-                h[(i - first) * n + j - first] -= a * h[k * n + j - first];
-                j = parent[j];
+/// The entries of M, by the force I_j S_j and its products with S_i.
+#[inline(always)]
+pub fn fill<F>(
+    model: &Model,
+    t: usize,
+    plan: &Plan,
+    qm_rows: &mut [f64],
+    qm: &mut [f64],
+    force: impl Fn(&Link, usize) -> F,
+    product: impl Fn(usize, &F) -> f64,
+) {
+    let (dofs, pattern) = (&model.trees[t].dofs, &plan.pattern);
+    let n = dofs.len();
+    let qm = &mut qm[..n * n];
+    for link in plan.links_of(t) {
+        for j in link.dofs.start - dofs.start..link.dofs.end - dofs.start {
+            let force = force(link, j);
+            let row = &pattern.rows(dofs)[j];
+            for (m, entry) in qm_rows[row.entries()].iter_mut().zip(pattern.entries(row)) {
+                let i = entry.column;
+                *m = product(i, &force);
+                if i == j {
+                    *m += model.dofs[dofs.start + j].armature;
+                }
+                qm[j * n + i] = *m;
+                qm[i * n + j] = *m;
             }
-            h[k * n + i - first] = a;
-            i = parent[i];
         }
-        h[k * n + k] = inverse;
-    }
-}
-
-/// What [`solve`] can work on: a number of each dof, or several numbers, solved for at once.
-pub trait Column: Copy + SubAssign + Mul<f64, Output = Self> {}
-
-impl Column for f64 {}
-impl Column for Vec6 {}
-
-/// x ← H⁻¹ x with the factor of [`factor`]: x ← L⁻ᵀ x, then D⁻¹ x, then L⁻¹ x.
-pub fn solve<T: Column>(h: &[f64], n: usize, first: usize, parent: &[usize], x: &mut [T]) {
-    let (h, parent, x) = (&h[..n * n], &parent[first..first + n], &mut x[..n]);
-    for (k, row) in h.chunks_exact(n).enumerate().rev() {
-        let own = x[k];
-        let mut i = parent[k];
-        while i != NONE {
-            x[i - first] -= own * row[i - first];
-            i = parent[i - first];
-        }
-    }
-    for (k, row) in h.chunks_exact(n).enumerate() {
-        let mut sum = x[k] * row[k];
-        let mut i = parent[k];
-        while i != NONE {
-            sum -= x[i - first] * row[i - first];
-            i = parent[i - first];
-        }
-        x[k] = sum;
     }
 }

@@ -1,17 +1,20 @@
 //! Dynamics without contact: one file a pass.
 //!
 //! A free body takes the closed forms of [`free`]; every other tree goes through kinematics, inertia matrix
-//! (composite rigid bodies), bias forces (recursive Newton–Euler) and one solve. A tree that only slides has a
-//! constant inertia matrix and constant bias forces: they are computed once.
+//! (composite rigid bodies), bias forces (recursive Newton–Euler) and one solve, in three numbers a body where it moves
+//! in one plane. A tree that only slides has a constant inertia matrix and constant bias forces: they are computed once.
 
 pub mod actuation;
 pub mod bias;
 pub mod energy;
+pub mod factor;
 pub mod free;
 pub mod inertia;
 pub mod kinematics;
+pub mod links;
 pub mod passive;
 pub mod plan;
+pub mod planar;
 pub mod spatial;
 
 use std::ops::Range;
@@ -36,7 +39,7 @@ pub fn prepare(model: &Model, data: &mut Data) {
         } else if !tree.rotates {
             kinematics::sliding_axes(model, tree, data);
             inertia_matrix(model, t, data);
-            bias::bias(model, tree, &gravity, &vec![0.0; model.nv], data);
+            bias::bias(model, t, &gravity, &vec![0.0; model.nv], data);
         }
     }
     kinematics(model, &model.qpos0, data);
@@ -49,7 +52,7 @@ pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
     for (t, tree) in model.trees.iter().enumerate() {
         match &tree.free {
             Some(free) => free::place(model, t, free, qpos, data),
-            None => kinematics::articulated(model, tree, qpos, data),
+            None => kinematics::articulated(model, t, qpos, data),
         }
     }
     kinematics::geoms(&data.plan.posed, &data.xpos, &data.xmat, &mut data.geom_xpos, &mut data.geom_xmat);
@@ -81,23 +84,42 @@ pub fn smooth(model: &Model, _method: &Method, state: &State, data: &mut Data) {
 #[inline(never)]
 fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mut Data) {
     let tree = &model.trees[t];
-    bias::velocities(model, tree, &state.qvel, data);
-    if tree.rotates {
-        inertia_matrix(model, t, data);
-        bias::bias(model, tree, gravity, &state.qvel, data);
+    let (bodies, dofs) = (tree.bodies.clone(), tree.dofs.clone());
+    bias::velocities(model, t, &state.qvel, data);
+    if let Some(plane) = data.plan.planes[t] {
+        planar::bias(model, t, &plane, gravity, &state.qvel, data);
+    } else if tree.rotates {
+        inertia::links(model, t, data);
+        bias::bias(model, t, gravity, &state.qvel, data);
     }
-    for d in tree.dofs.clone() {
+    for d in dofs.clone() {
         data.qfrc_smooth[d] = data.qfrc_passive[d] + data.qfrc_actuator[d] - data.qfrc_bias[d];
     }
-    for b in tree.bodies.clone().take(state.xfrc_applied.len().saturating_sub(tree.bodies.start)) {
+    for b in bodies.clone().take(state.xfrc_applied.len().saturating_sub(bodies.start)) {
         actuation::apply(model, b, &state.xfrc_applied[b], data);
     }
-    let Data { qacc, qacc_smooth, qfrc_smooth, qld, plan, m_adr, .. } = data;
-    let acc = &mut qacc_smooth[tree.dofs.clone()];
-    acc.copy_from_slice(&qfrc_smooth[tree.dofs.clone()]);
-    inertia::solve(&qld[m_adr[t]..], acc.len(), tree.dofs.start, &plan.dof_parent, acc);
-    qacc[tree.dofs.clone()].copy_from_slice(acc);
-    bias::accelerations(model, tree, data);
+    data.qacc_smooth[dofs.clone()].copy_from_slice(&data.qfrc_smooth[dofs.clone()]);
+    if !tree.rotates {
+        data.plan.pattern.solve(&dofs, &data.qld, &mut data.qacc_smooth[dofs.clone()]);
+    } else {
+        if data.plan.planes[t].is_some() {
+            planar::matrix(model, t, data);
+        } else {
+            inertia::matrix(model, t, data);
+        }
+        factor_m(model, t, data);
+        data.plan.pattern.substitute(&dofs, &data.qld, &mut data.qacc_smooth[dofs.clone()]);
+    }
+    data.qacc[dofs.clone()].copy_from_slice(&data.qacc_smooth[dofs]);
+    bias::accelerations(model, t, data);
+}
+
+/// Reads: qm_rows. Writes: qld. Reduces: qacc_smooth.
+fn factor_m(model: &Model, t: usize, data: &mut Data) {
+    let (dofs, Data { qm_rows, qld, plan, qacc_smooth, .. }) = (&model.trees[t].dofs, data);
+    let block = plan.pattern.block(dofs);
+    qld[block.clone()].copy_from_slice(&qm_rows[block]);
+    plan.pattern.factor(dofs, qld, &mut qacc_smooth[dofs.clone()]);
 }
 
 /// Jacobian of a point of a body: column j is the twist of the point when dof j of the body's tree moves.
@@ -129,25 +151,16 @@ pub fn jacobian(model: &Model, data: &Data, body: usize, point: &Vec3, out: &mut
 
 /// M of a tree that is not a free body, and its factor.
 ///
-/// Reads: kinematics. Writes: qm, qld.
+/// Reads: kinematics. Writes: qm, qm_rows, qld; qacc_smooth is no longer one.
 pub fn inertia_matrix(model: &Model, t: usize, data: &mut Data) {
-    inertia::bodies(model, &model.trees[t], data);
+    inertia::links(model, t, data);
     inertia::matrix(model, t, data);
     factor_m(model, t, data);
 }
 
 /// x ← M⁻¹ x for a tree that is not a free body; `x` holds the tree's dofs, in one column or several side by side.
-pub fn solve_m<T: inertia::Column>(model: &Model, data: &Data, tree: usize, x: &mut [T]) {
-    let dofs = &model.trees[tree].dofs;
-    inertia::solve(&data.qld[data.m_adr[tree]..], dofs.len(), dofs.start, &data.plan.dof_parent, x);
-}
-
-fn factor_m(model: &Model, t: usize, data: &mut Data) {
-    let (n, first, adr) = (model.trees[t].dofs.len(), model.trees[t].dofs.start, data.m_adr[t]);
-    let Data { qm, qld, plan, .. } = data;
-    let block = &mut qld[adr..adr + n * n];
-    block.copy_from_slice(&qm[adr..adr + n * n]);
-    inertia::factor(block, n, first, &plan.dof_parent);
+pub fn solve_m<T: factor::Column>(model: &Model, data: &Data, tree: usize, x: &mut [T]) {
+    data.plan.pattern.solve(&model.trees[tree].dofs, &data.qld, x);
 }
 
 /// Gravity, m/s²; zero where the flag switches it off.

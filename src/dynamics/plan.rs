@@ -1,5 +1,10 @@
 //! What a step of a model has to compute: found once, so that a step does nothing else.
 
+use std::ops::Range;
+
+use super::factor::Pattern;
+use super::links::{Link, Mount, links, mount};
+use super::planar::Plane;
 use crate::math::{Mat3, Vec3, mat};
 use crate::model::{Model, Tree};
 
@@ -26,6 +31,18 @@ pub struct Plan {
     pub aligned: Vec<bool>,
     /// The next dof towards the root of the tree, or [`NONE`].
     pub dof_parent: Vec<usize>,
+    /// Where the inertia matrices of trees that are not free bodies have entries.
+    pub pattern: Pattern,
+    /// How each body hangs on its parent.
+    pub mounts: Vec<Mount>,
+    /// Bodies with joints, one tree after another; free bodies need none.
+    links: Vec<Link>,
+    links_of: Vec<Range<usize>>,
+    /// Trees that turn, in one plane only (by tree).
+    pub planes: Vec<Option<Plane>>,
+    /// Bodies without joints, in the same order.
+    welded: Vec<usize>,
+    welded_in: Vec<Range<usize>>,
 }
 
 /// A geom with its pose in its body.
@@ -35,7 +52,8 @@ pub struct Posed {
     pub body: usize,
     pub pos: Vec3,
     pub mat: Mat3,
-    /// Its axes and origin are the body's.
+    /// Its origin, and its axes, are the body's.
+    pub centred: bool,
     pub aligned: bool,
 }
 
@@ -52,6 +70,16 @@ impl Plan {
         }
         let limits = flags.constraint && flags.limit;
         let dry = flags.constraint && flags.frictionloss;
+        let dof_parent = dof_parents(model);
+        let with_matrix = model.trees.iter().filter(|t| t.free.is_none()).map(|t| &t.dofs);
+        let welded = |b: &usize| model.bodies[*b].weld != *b;
+        let (mut links, links_of) = by_tree(model, |tree| links(model, tree));
+        let mut plane = |(tree, of): (&Tree, &Range<usize>)| {
+            let turns = tree.free.is_none() && tree.rotates;
+            turns.then(|| Plane::of(model, tree, &mut links[of.clone()])).flatten()
+        };
+        let planes = model.trees.iter().zip(&links_of).map(&mut plane).collect();
+        let (welded, welded_in) = by_tree(model, |tree| tree.bodies.clone().filter(welded).collect());
         Plan {
             posed: touching(model, true),
             springs: (0..model.joints.len()).filter(|&j| flags.spring && model.joints[j].stiffness != 0.0).collect(),
@@ -62,7 +90,14 @@ impl Plan {
             limited: (0..model.joints.len()).filter(|&j| limits && model.joints[j].range.is_some()).collect(),
             dry: (0..model.nv).filter(|&d| dry && model.dofs[d].frictionloss > 0.0).collect(),
             aligned: model.trees.iter().map(aligned).collect(),
-            dof_parent: dof_parents(model),
+            pattern: Pattern::new(with_matrix, &dof_parent),
+            dof_parent,
+            mounts: (0..model.bodies.len()).map(|b| mount(model, b)).collect(),
+            links,
+            links_of,
+            planes,
+            welded,
+            welded_in,
         }
     }
 }
@@ -72,6 +107,30 @@ impl Plan {
     pub fn joint_rows(&self) -> bool {
         !self.limited.is_empty() || !self.dry.is_empty()
     }
+
+    /// The bodies of a tree that have joints, parents first.
+    pub fn links_of(&self, tree: usize) -> &[Link] {
+        &self.links[self.links_of[tree].clone()]
+    }
+
+    /// The bodies of a tree that are welded to another.
+    pub fn welded_in(&self, tree: usize) -> &[usize] {
+        &self.welded[self.welded_in[tree].clone()]
+    }
+}
+
+/// One list of what every tree that is not a free body has, and which part of it is whose.
+fn by_tree<T>(model: &Model, of: impl Fn(&Tree) -> Vec<T>) -> (Vec<T>, Vec<Range<usize>>) {
+    let mut all = Vec::new();
+    let mut part = |tree: &Tree| {
+        let start = all.len();
+        if tree.free.is_none() {
+            all.extend(of(tree));
+        }
+        start..all.len()
+    };
+    let parts = model.trees.iter().map(&mut part).collect();
+    (all, parts)
 }
 
 /// The geoms that take part in collisions and move, or that take part and do not.
@@ -90,7 +149,14 @@ pub fn touching(model: &Model, moving: bool) -> Vec<Posed> {
         .map(|geom| {
             let g = &model.geoms[geom];
             let mat = mat(&g.quat);
-            Posed { geom, body: g.body, pos: g.pos, mat, aligned: g.pos == Vec3::zeros() && mat == Mat3::identity() }
+            Posed {
+                geom,
+                body: g.body,
+                pos: g.pos,
+                mat,
+                centred: g.pos == Vec3::zeros(),
+                aligned: mat == Mat3::identity(),
+            }
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 use super::{Integrator, add_scaled, displace, semi_implicit_euler};
 use crate::data::Data;
-use crate::dynamics::{actuation, inertia};
+use crate::dynamics::actuation;
 use crate::forward::{Method, forward};
 use crate::math::{Mat3, Mat6, Vec3, Vec6, cross, vec3};
 use crate::model::{FreeBody, JointKind, Model, Tree};
@@ -94,17 +94,15 @@ fn lone_free(model: &Model, tree: &Tree) -> bool {
 
 /// Implicit acceleration of a tree, by its inertia matrix.
 fn articulated(model: &Model, t: usize, h: f64, data: &mut Data) {
-    let dofs = model.trees[t].dofs.clone();
-    let adr = data.m_adr[t];
+    let dofs = &model.trees[t].dofs;
     implicit_matrix(model, t, h, data);
     let Data { plan, stages, qfrc_smooth, qfrc_constraint, .. } = data;
-    let qh = &mut stages.qh[adr..adr + dofs.len() * dofs.len()];
     let acc = &mut stages.acc[dofs.clone()];
     for (i, d) in dofs.clone().enumerate() {
         acc[i] = qfrc_smooth[d] + qfrc_constraint[d];
     }
-    inertia::factor(qh, dofs.len(), dofs.start, &plan.dof_parent);
-    inertia::solve(qh, dofs.len(), dofs.start, &plan.dof_parent, acc);
+    plan.pattern.factor(dofs, &mut stages.qh, acc);
+    plan.pattern.substitute(dofs, &stages.qh, acc);
 }
 
 /// M + h D of a tree, D from joint dampers and from actuators whose force depends on velocity.
@@ -113,13 +111,12 @@ fn articulated(model: &Model, t: usize, h: f64, data: &mut Data) {
 ///
 /// Writes: qh of the stages.
 fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
-    let dofs = model.trees[t].dofs.clone();
-    let (n, adr) = (dofs.len(), data.m_adr[t]);
-    let Data { qm, plan, stages, actuator_force, .. } = data;
-    let qh = &mut stages.qh[adr..adr + n * n];
-    qh.copy_from_slice(&qm[adr..adr + n * n]);
+    let dofs = &model.trees[t].dofs;
+    let Data { qm_rows, plan, stages, actuator_force, .. } = data;
+    let (qh, block, rows) = (&mut stages.qh, plan.pattern.block(dofs), plan.pattern.rows(dofs));
+    qh[block.clone()].copy_from_slice(&qm_rows[block]);
     for &d in plan.dampers.iter().filter(|d| dofs.contains(d)) {
-        qh[(d - dofs.start) * (n + 1)] += h * model.dofs[d].damping;
+        qh[rows[d - dofs.start].diagonal()] += h * model.dofs[d].damping;
     }
     if !model.opt.flags.actuation {
         return;
@@ -130,8 +127,10 @@ fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
             let gear = actuation::gear(model, actuator);
             let gain = actuation::velocity_gain(actuator, force);
             for (i, a) in gear.iter().enumerate() {
-                for (j, b) in gear.iter().enumerate() {
-                    qh[(first - dofs.start + i) * n + first - dofs.start + j] -= h * gain * a * b;
+                let row = &rows[first - dofs.start + i];
+                // The dofs of a joint follow one another on the way to the root.
+                for (m, b) in qh[row.diagonal() - i..=row.diagonal()].iter_mut().zip(gear) {
+                    *m -= h * gain * a * b;
                 }
             }
         }
@@ -146,15 +145,20 @@ fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
 ///     ∂bias/∂ω = [−R ([ω × c₀] + [ω] [c₀]), [ω] I₀ − [I₀ ω]]
 fn free_joint(model: &Model, t: usize, qvel: &[f64], h: f64, data: &mut Data) {
     let tree = &model.trees[t];
-    let (first, root, adr) = (tree.dofs.start, tree.bodies.start, data.m_adr[t]);
+    let (first, root) = (tree.dofs.start, tree.bodies.start);
     implicit_matrix(model, t, h, data);
     let w = vec3(&qvel[first + 3..first + 6]);
     let rot = data.xmat[root];
     let whole = data.crb[root];
-    let (moment, inertia) = (rot.tr_mul(&whole.moment), rot.tr_mul(&whole.about) * rot);
+    let (moment, inertia) = (rot.tr_mul(&whole.moment), rot.tr_mul(&whole.about.mat()) * rot);
     let linear = -rot * (cross(&w.cross(&moment)) + cross(&w) * cross(&moment));
     let angular = cross(&w) * inertia - cross(&(inertia * w));
-    let mut matrix = Mat6::from_row_slice(&data.stages.qh[adr..adr + 36]);
+    let mut matrix = Mat6::zeros();
+    for (i, row) in data.plan.pattern.rows(&tree.dofs).iter().enumerate() {
+        for (j, m) in data.stages.qh[row.entries()].iter().enumerate() {
+            (matrix[(i, j)], matrix[(j, i)]) = (*m, *m);
+        }
+    }
     for i in 0..3 {
         for j in 0..3 {
             matrix[(i, 3 + j)] += h * linear[(i, j)];

@@ -1,6 +1,5 @@
 use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
 use crate::data::Data;
-use crate::dynamics::inertia;
 use crate::forward::{Method, forward};
 use crate::model::Model;
 use crate::state::State;
@@ -49,18 +48,18 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
 ///
 /// Writes: acc and qh of the stages.
 fn damped_acceleration(model: &Model, h: f64, data: &mut Data) {
-    let Data { qm, plan, stages, qacc, qfrc_smooth, qfrc_constraint, m_adr, .. } = data;
+    let Data { qm_rows, plan, stages, qacc, qfrc_smooth, qfrc_constraint, .. } = data;
     stages.acc.copy_from_slice(qacc);
-    for (t, tree) in model.trees.iter().enumerate().filter(|(t, _)| plan.damped[*t]) {
-        let n = tree.dofs.len();
-        let block = m_adr[t]..m_adr[t] + n * n;
-        let (qh, acc) = (&mut stages.qh[block.clone()], &mut stages.acc[tree.dofs.clone()]);
-        qh.copy_from_slice(&qm[block]);
-        for (i, d) in tree.dofs.clone().enumerate() {
-            qh[i * (n + 1)] += h * model.dofs[d].damping;
+    for (tree, _) in model.trees.iter().zip(&plan.damped).filter(|(_, damped)| **damped) {
+        let (pattern, block) = (&plan.pattern, plan.pattern.block(&tree.dofs));
+        let (qh, acc) = (&mut stages.qh, &mut stages.acc[tree.dofs.clone()]);
+        qh[block.clone()].copy_from_slice(&qm_rows[block]);
+        for (i, row) in pattern.rows(&tree.dofs).iter().enumerate() {
+            let d = tree.dofs.start + i;
+            qh[row.diagonal()] += h * model.dofs[d].damping;
             acc[i] = qfrc_smooth[d] + qfrc_constraint[d];
         }
-        inertia::factor(qh, n, tree.dofs.start, &plan.dof_parent);
-        inertia::solve(qh, n, tree.dofs.start, &plan.dof_parent, acc);
+        pattern.factor(&tree.dofs, qh, acc);
+        pattern.substitute(&tree.dofs, qh, acc);
     }
 }

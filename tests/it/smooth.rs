@@ -257,6 +257,32 @@ fn closed_form_of_a_free_body_is_the_general_path() {
     });
 }
 
+/// A tree that moves in an oblique plane, computed as one that moves in space.
+#[test]
+fn in_a_plane_three_numbers_do_for_six() {
+    let model = model(
+        r#"<mujoco><worldbody><body pos="0 0 1" euler="20 30 40">
+            <joint type="slide" axis="1 0 0.3"/><joint type="slide" axis="0 0 1" damping="2"/>
+            <joint axis="0 1 0" pos="0.1 0.3 0.2" armature="0.01"/><geom type="box" size="0.1 0.2 0.3" euler="10 20 30"/>
+            <body pos="0.2 0.1 -0.3" euler="0 50 0"><joint axis="0 -1 0" pos="0 0.2 0.1" damping="0.1"/>
+              <geom type="box" size="0.1 0.2 0.05" pos="0.2 0.1 0"/>
+              <body pos="0 0 0.4" euler="40 0 0"><geom type="capsule" size="0.05 0.2"/></body></body>
+            <body pos="-0.2 0 -0.3"><joint axis="0 1 0"/><geom type="box" size="0.3 0.02 0.05"/></body>
+        </body></worldbody></mujoco>"#,
+    );
+    let mut start = State::new(&model);
+    start.qpos.copy_from_slice(&[0.1, -0.2, 0.7, 2.0, -0.4]);
+    start.qvel.copy_from_slice(&[1.0, 2.0, -3.0, 4.0, 5.0]);
+    let (mut data, mut other) = (Data::new(&model), Data::new(&model));
+    assert!(data.plan.planes[0].is_some(), "the plane was not seen");
+    other.plan.planes.fill(None);
+    smooth_at(&model, &start, &mut data);
+    smooth_at(&model, &start, &mut other);
+    close("M", &data.qm, &other.qm, 1e-13);
+    close("bias", &data.qfrc_bias, &other.qfrc_bias, 1e-12);
+    close("acceleration", &data.qacc_smooth, &other.qacc_smooth, 1e-11);
+}
+
 /// A pendulum on a ball joint that starts in a plane of symmetry swings as on a hinge.
 #[test]
 fn ball_in_a_plane_is_a_hinge() {

@@ -1,0 +1,180 @@
+//! Symmetric matrices of a tree, stored without what is zero: their factor, and systems solved with it.
+//!
+//! Entry (i, k) is not zero only where dof i is on the way from the root to dof k, or k on the way to i. Row k holds
+//! the dofs on its way, the root's first and k itself last; the row of the p-th of them is then as long as the first
+//! p entries and in the same order. So elimination subtracts the start of a row from a whole row, and nothing has to
+//! be searched. Rows are filled up to an even length, and what is worked on two by two may spill into the filling.
+//!
+//! Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §6.5 (LTDL).
+
+use std::ops::{Mul, Range, SubAssign};
+
+use super::plan::NONE;
+
+/// Does something with a length, compiled for each short one: loops of a known length need not count.
+macro_rules! by_length {
+    ($length:expr, $n:ident => $work:expr) => {
+        by_length!($length, $n => $work, 0 1 2 3 4 5 6 7 8)
+    };
+    ($length:expr, $n:ident => $work:expr, $($short:literal)*) => {
+        match $length {
+            $($short => {
+                let $n = $short;
+                $work
+            })*
+            $n => $work,
+        }
+    };
+}
+
+/// Where the entries are: the same for every such matrix of a model.
+#[derive(Clone, Debug, Default)]
+pub struct Pattern {
+    /// One row a dof; those of free bodies are empty.
+    rows: Vec<Row>,
+    entries: Vec<Entry>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Row {
+    /// Index of the first entry.
+    start: usize,
+    /// Number of entries; the last is the diagonal's.
+    len: usize,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Entry {
+    /// The dof of its column, counted in the tree.
+    pub column: usize,
+    /// Where the row of that dof starts, in pairs.
+    pair: usize,
+}
+
+impl Row {
+    pub fn entries(&self) -> Range<usize> {
+        self.start..self.start + self.len
+    }
+    pub fn diagonal(&self) -> usize {
+        self.start + self.len - 1
+    }
+    fn beside_diagonal(&self) -> Range<usize> {
+        self.start..self.diagonal()
+    }
+}
+
+impl Pattern {
+    /// In: the dofs of each tree that has a matrix; the next dof towards the root for each dof, or [`NONE`].
+    pub fn new<'a>(trees: impl Iterator<Item = &'a Range<usize>>, dof_parent: &[usize]) -> Pattern {
+        let mut pattern = Pattern { rows: vec![Row::default(); dof_parent.len()], entries: Vec::new() };
+        let Pattern { rows, entries } = &mut pattern;
+        for dofs in trees {
+            for k in dofs.clone() {
+                let start = entries.len();
+                rows[k].start = start;
+                let mut d = k;
+                while d != NONE {
+                    entries.push(Entry { column: d - dofs.start, pair: rows[d].start / 2 });
+                    d = dof_parent[d];
+                }
+                entries[start..].reverse();
+                rows[k].len = entries.len() - start;
+                entries.resize(entries.len().next_multiple_of(2), Entry::default());
+            }
+        }
+        pattern
+    }
+
+    /// How many numbers a matrix has.
+    pub fn size(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// The rows of a tree.
+    pub fn rows(&self, dofs: &Range<usize>) -> &[Row] {
+        &self.rows[dofs.clone()]
+    }
+
+    /// The entries of a row.
+    pub fn entries(&self, row: &Row) -> &[Entry] {
+        &self.entries[row.entries()]
+    }
+
+    /// The numbers of a tree's matrix.
+    pub fn block(&self, dofs: &Range<usize>) -> Range<usize> {
+        let (first, last) = (self.rows[dofs.start], self.rows[dofs.end - 1]);
+        first.start..(last.start + last.len).next_multiple_of(2)
+    }
+
+    /// Factors the matrix of a tree in place, H = Lᵀ D L, L unit lower triangular, and reduces x ← L⁻ᵀ x on the way.
+    ///
+    ///     for k from the leaves to the root, for i on its way:   H_ij ← H_ij − H_ki H_kj / H_kk,  j on the way to i
+    ///                                                            x_i ← x_i − H_ki x_k / H_kk
+    ///
+    /// L is kept beside the diagonal, 1/D on it. In: `x` holds the tree's dofs.
+    pub fn factor(&self, dofs: &Range<usize>, h: &mut [f64], x: &mut [f64]) {
+        let (h, x) = (h.as_chunks_mut::<2>().0, &mut x[..dofs.len()]);
+        for (k, row) in self.rows(dofs).iter().enumerate().rev() {
+            let (before, own) = h.split_at_mut(row.start / 2);
+            let way = &self.entries[row.beside_diagonal()];
+            by_length!(way.len(), n => eliminate(&way[..n], before, &mut own[..n / 2 + 1], x, k));
+        }
+    }
+
+    /// x ← L⁻¹ D⁻¹ x with what [`factor`](Pattern::factor) left in `h` and `x`: the rest of x ← H⁻¹ x.
+    pub fn substitute(&self, dofs: &Range<usize>, h: &[f64], x: &mut [f64]) {
+        let x = &mut x[..dofs.len()];
+        for (k, row) in self.rows(dofs).iter().enumerate() {
+            let (l, way) = (&h[row.entries()], &self.entries[row.beside_diagonal()]);
+            let mut sum = x[k] * l[way.len()];
+            by_length!(way.len(), n => for (l, entry) in l[..n].iter().zip(&way[..n]) {
+                sum -= x[entry.column] * l;
+            });
+            x[k] = sum;
+        }
+    }
+
+    /// x ← H⁻¹ x with the factor of [`factor`](Pattern::factor): x ← L⁻ᵀ x, then D⁻¹ x, then L⁻¹ x.
+    ///
+    /// In: `x` holds the tree's dofs, in one column or several side by side.
+    pub fn solve<T: Column>(&self, dofs: &Range<usize>, h: &[f64], x: &mut [T]) {
+        for (k, row) in self.rows(dofs).iter().enumerate().rev() {
+            let own = x[k];
+            for (l, entry) in h[row.beside_diagonal()].iter().zip(&self.entries[row.beside_diagonal()]) {
+                x[entry.column] -= own * *l;
+            }
+        }
+        for (k, row) in self.rows(dofs).iter().enumerate() {
+            let mut sum = x[k] * h[row.diagonal()];
+            for (l, entry) in h[row.beside_diagonal()].iter().zip(&self.entries[row.beside_diagonal()]) {
+                sum -= x[entry.column] * *l;
+            }
+            x[k] = sum;
+        }
+    }
+}
+
+/// Subtracts from the rows on the way of row k what it accounts for, and makes it a row of L and D. Two by two.
+#[inline(always)]
+fn eliminate(way: &[Entry], before: &mut [[f64; 2]], own: &mut [[f64; 2]], x: &mut [f64], k: usize) {
+    let inverse = 1.0 / own.as_flattened()[way.len()];
+    for (p, entry) in way.iter().enumerate() {
+        let (pairs, scale) = (p / 2 + 1, own[p / 2][p % 2] * inverse);
+        for (above, own) in before[entry.pair..entry.pair + pairs].iter_mut().zip(&own[..pairs]) {
+            let ([a, b], [c, d]) = (*above, *own);
+            *above = [a - scale * c, b - scale * d];
+        }
+    }
+    own.iter_mut().for_each(|[a, b]| (*a, *b) = (*a * inverse, *b * inverse));
+    let (own, own_x) = (own.as_flattened_mut(), x[k]);
+    for (l, entry) in own.iter().zip(way) {
+        x[entry.column] -= l * own_x;
+    }
+    own[way.len()] = inverse;
+}
+
+/// What [`Pattern::solve`] can work on: a number of each dof, or several numbers, solved for at once.
+pub trait Column: Copy + SubAssign + Mul<f64, Output = Self> {}
+
+impl Column for f64 {}
+impl Column for crate::math::Vec6 {}
