@@ -67,8 +67,10 @@ pub enum Source {
 #[derive(Clone, Debug, Default)]
 pub struct Island {
     pub units: Vec<Unit>,
-    pub constraints: Vec<Constraint>,
+    /// What the constraints stand for, one by one.
     pub sources: Vec<Source>,
+    /// As many as there are sources count; what follows is left over from larger islands.
+    pub constraints: Vec<Constraint>,
     pub vectors: Vectors<Vec<f64>>,
     /// Velocity: of the mover, or qvel.
     velocity: Vec<f64>,
@@ -107,7 +109,6 @@ impl Island {
 
     pub fn reset(&mut self) {
         self.units.clear();
-        self.constraints.clear();
         self.sources.clear();
         self.parts.clear();
         self.velocity.clear();
@@ -197,12 +198,14 @@ impl Island {
     }
 
     fn push(&mut self, source: Source, parts: Parts, dim: usize) {
-        let velocity = self.products(&parts, dim, &self.velocity);
+        let (i, velocity) = (self.sources.len(), self.products(&parts, dim, &self.velocity));
+        if self.constraints.len() == i {
+            self.constraints.push(Constraint::default());
+        }
+        let c = &mut self.constraints[i];
+        (c.cone.dim, c.cone.frozen, c.zone, c.velocity) = (dim, 0, 0, velocity);
         self.sources.push(source);
         self.parts.push(parts);
-        let mut constraint = Constraint { velocity, ..Constraint::default() };
-        constraint.cone.dim = dim;
-        self.constraints.push(constraint);
     }
 
     /// Products of a constraint's rows with a vector of the island.
@@ -210,11 +213,15 @@ impl Island {
     fn products(&self, parts: &Parts, dim: usize, v: &[f64]) -> [f64; 6] {
         let mut sum = [0.0; 6];
         for part in &parts.parts[..parts.count] {
-            for (k, sum) in sum.iter_mut().enumerate().take(dim) {
-                *sum += dot(&self.jac[part.start + k * part.n..][..part.n], &v[part.at..][..part.n]);
-            }
+            let (rows, v) = (&self.jac[part.start..][..dim * part.n], &v[part.at..][..part.n]);
+            add_products(rows, v, &mut sum);
         }
         sum
+    }
+
+    /// Number of scalar rows.
+    pub fn rows(&self) -> usize {
+        self.constraints.iter().take(self.sources.len()).map(|c| c.cone.dim).sum()
     }
 
     /// J a₀ of constraint i, m/s² and rad/s².
@@ -430,6 +437,20 @@ fn row_of_mover(free: &FreeBody, tree: &Tree, data: &Data, row: &JointRow) -> Ro
     out
 }
 
+/// out += J v, J with rows as long as v.
+#[inline]
+fn add_products(rows: &[f64], v: &[f64], out: &mut [f64; 6]) {
+    if let Ok(v) = <&Row>::try_from(v) {
+        for (out, row) in out.iter_mut().zip(rows.as_chunks::<SIX>().0) {
+            *out += dot_six(row, v);
+        }
+    } else {
+        for (out, row) in out.iter_mut().zip(rows.chunks_exact(v.len())) {
+            *out += dot(row, v);
+        }
+    }
+}
+
 #[inline]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     if let (Ok(a), Ok(b)) = (<&Row>::try_from(a), <&Row>::try_from(b)) {
@@ -528,7 +549,8 @@ impl Solve for Push {
 impl Island {
     /// Lets `law` solve the island.
     pub fn solve<L: Solve>(&mut self, model: &Model, data: &Data, law: L) -> L::Outcome {
-        let Island { units, constraints, vectors, parts, jac, blocks, product, .. } = self;
+        let Island { units, sources, constraints, vectors, parts, jac, blocks, product, .. } = self;
+        let constraints = &mut constraints[..sources.len()];
         if let [unit] = units[..]
             && unit.n == SIX
         {
@@ -690,9 +712,7 @@ impl Space for Many<'_> {
             let mut product = [0.0; 6];
             for part in &parts.parts[..parts.count] {
                 let (rows, v) = (&self.jac[part.start..][..c.cone.dim * part.n], &v[part.at..][..part.n]);
-                for (sum, row) in product.iter_mut().zip(rows.chunks_exact(part.n)) {
-                    *sum += dot(row, v);
-                }
+                add_products(rows, v, &mut product);
             }
             c.set(into, product);
         }
@@ -702,8 +722,14 @@ impl Space for Many<'_> {
         for (c, parts) in constraints.iter().zip(&*self.parts) {
             for part in &parts.parts[..parts.count] {
                 let (rows, g) = (&self.jac[part.start..][..c.cone.dim * part.n], &mut g[part.at..][..part.n]);
-                for (row, f) in rows.chunks_exact(part.n).zip(&c.force) {
-                    add(g, -f, row);
+                if let Ok(g) = <&mut Row>::try_from(&mut *g) {
+                    for (row, f) in rows.as_chunks::<SIX>().0.iter().zip(&c.force) {
+                        (0..SIX).for_each(|i| g[i] -= f * row[i]);
+                    }
+                } else {
+                    for (row, f) in rows.chunks_exact(part.n).zip(&c.force).filter(|(_, f)| **f != 0.0) {
+                        add(g, -f, row);
+                    }
                 }
             }
         }

@@ -18,38 +18,59 @@ pub struct Islands {
 /// Items by group: those of group g are `items[start[g]..start[g + 1]]`, in their old order.
 #[derive(Clone, Debug, Default)]
 struct Grouped {
+    /// The group of each item.
+    label: Vec<u32>,
     start: Vec<usize>,
     items: Vec<usize>,
 }
 
+/// Of no group.
+const NONE: u32 = u32::MAX;
+
 impl Grouped {
     fn reserve(&mut self, groups: usize, items: usize) {
+        self.label.reserve(items);
         self.start.reserve(groups + 2);
         self.items.reserve(items);
     }
 
-    /// Sorts the items 0, 1, … by `group` (counting sort); those of none are left out.
-    fn sort(&mut self, groups: usize, items: usize, mut group: impl FnMut(usize) -> Option<usize>) {
-        self.start.clear();
-        self.start.resize(groups + 2, 0);
-        for g in (0..items).filter_map(&mut group) {
-            self.start[g + 2] += 1;
+    /// Sorts items by their labels (counting sort); those without are left out.
+    fn sort(&mut self, groups: usize, label: impl Iterator<Item = u32>) {
+        let Grouped { label: labels, start, items } = self;
+        labels.clear();
+        labels.extend(label);
+        start.clear();
+        start.resize(groups + 2, 0);
+        for &g in labels.iter().filter(|g| **g != NONE) {
+            start[g as usize + 2] += 1;
         }
         for g in 2..groups + 2 {
-            self.start[g] += self.start[g - 1];
+            start[g] += start[g - 1];
         }
-        self.items.clear();
-        self.items.resize(self.start[groups + 1], 0);
-        for item in 0..items {
-            if let Some(g) = group(item) {
-                self.items[self.start[g + 1]] = item;
-                self.start[g + 1] += 1;
-            }
+        items.clear();
+        items.resize(start[groups + 1], 0);
+        for (item, &g) in labels.iter().enumerate().filter(|(_, g)| **g != NONE) {
+            let place = &mut start[g as usize + 1];
+            items[*place] = item;
+            *place += 1;
         }
     }
 
+    /// All of them in the first and only group.
+    fn one_group(&mut self, items: impl Iterator<Item = usize>) {
+        self.items.clear();
+        self.items.extend(items);
+        self.start.clear();
+        self.start.extend([0, self.items.len()]);
+    }
+
+    /// Nothing in any group.
+    fn empty(&mut self) {
+        self.start.clear();
+    }
+
     fn of(&self, group: usize) -> &[usize] {
-        &self.items[self.start[group]..self.start[group + 1]]
+        if self.start.is_empty() { &[] } else { &self.items[self.start[group]..self.start[group + 1]] }
     }
 }
 
@@ -69,6 +90,10 @@ impl Islands {
     pub fn find(&mut self, model: &Model, data: &Data) {
         let count = model.trees.len();
         self.sets.reset(count);
+        if count == 1 {
+            self.all_in_one(model, data);
+            return;
+        }
         for c in &data.contacts {
             if let [Some(a), Some(b)] = c.body.map(|b| model.bodies[b as usize].tree)
                 && a != b
@@ -78,6 +103,14 @@ impl Islands {
             }
         }
         self.group_all(model, data);
+    }
+
+    /// [`Islands::find`] for one tree.
+    fn all_in_one(&mut self, model: &Model, data: &Data) {
+        let contacts = data.contacts.iter().enumerate().filter(|(_, c)| pushes(model, c)).map(|(i, _)| i);
+        self.trees.one_group(0..1);
+        self.contacts.one_group(contacts);
+        self.joints.one_group(0..data.joint_rows.len());
     }
 
     /// Puts all trees into one island, which has the number 0.
@@ -91,15 +124,19 @@ impl Islands {
         let Islands { sets, trees, contacts, joints, .. } = self;
         let count = model.trees.len();
         let tree = |body: u32| model.bodies[body as usize].tree;
-        trees.sort(count, count, |t| Some(sets.find(t)));
-        contacts.sort(count, data.contacts.len(), |i| {
-            let c = &data.contacts[i];
-            let any = tree(c.body[0]).or(tree(c.body[1])).filter(|_| pushes(model, c));
-            any.map(|t| sets.find(t))
-        });
-        joints.sort(count, data.joint_rows.len(), |i| {
-            model.bodies[model.dofs[data.joint_rows[i].dof].body].tree.map(|t| sets.find(t))
-        });
+        trees.sort(count, (0..count).map(|t| sets.find(t) as u32));
+        let label = |t: Option<usize>| t.map_or(NONE, |t| trees.label[t]);
+        contacts.sort(
+            count,
+            data.contacts
+                .iter()
+                .map(|c| if pushes(model, c) { label(tree(c.body[0]).or(tree(c.body[1]))) } else { NONE }),
+        );
+        if data.joint_rows.is_empty() {
+            joints.empty();
+        } else {
+            joints.sort(count, data.joint_rows.iter().map(|r| label(model.bodies[model.dofs[r.dof].body].tree)));
+        }
     }
 
     /// Trees, contacts and joint rows of an island: indices into the model's trees and into `data`.

@@ -155,7 +155,7 @@ pub fn constrain(model: &Model, method: &Method, state: &State, data: &mut Data)
         let task = Task { model, method, state, data };
         assemble(&task, islands, group, island);
         let outcome = (law.solve)(&task, own, island);
-        data.counts.rows += island.constraints.iter().map(|c| c.cone.dim).sum::<usize>();
+        data.counts.rows += island.rows();
         island.finish(model, data);
         data.counts.solves += outcome.iterations;
         data.solver.iterations = data.solver.iterations.max(outcome.iterations);

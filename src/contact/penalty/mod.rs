@@ -44,6 +44,8 @@
 //! force that is found along with it: J. Haslinger, "Approximation of the Signorini problem with friction, obeying the
 //! Coulomb law", Math. Meth. Appl. Sci. 5 (1983), 422–437 (fixed point of Tresca problems).
 
+pub mod steady;
+
 use super::cost::{GROUPS, Kind};
 use super::describe::{self, Creep, Description, Unlike};
 use super::impedance::{PerMix, Reference, clamp, impedance, regularisation, share};
@@ -51,7 +53,8 @@ use super::island::{Island, Solve, Source};
 use super::mujoco::coefficients::inverse_mass;
 use super::newton::{self, Constraint, Into, Outcome, Space, Vectors};
 use super::{Law, Lever, Task};
-use crate::data::{JointRow, JointRowKind, Scratchpad};
+use crate::data::{Contact, JointRow, JointRowKind, Scratchpad};
+use crate::math::Vec6;
 use crate::model::{Cone, Mix};
 use crate::state::Start;
 
@@ -62,7 +65,7 @@ pub static LAW: Law = Law {
     start: Start::Forces,
     lever: Lever::Surface,
     solve,
-    shortcut: None,
+    shortcut: Some(shortcut),
     friction: |_, mix| mix.friction,
     describe: |ask| Description {
         // But for ε, its friction stops the slip at the end of the step.
@@ -121,6 +124,10 @@ impl Coefficients {
     }
 }
 
+fn shortcut(task: &Task, own: &mut Scratchpad, tree: usize, which: &[usize], contacts: &mut [Contact]) -> Option<Vec6> {
+    steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
+}
+
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     let coefficients = own.get::<PerMix<Coefficients>>().of(task, Coefficients::new);
     for i in 0..island.sources.len() {
@@ -150,7 +157,7 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
     c.cone.mu[1..].copy_from_slice(&own.friction);
     c.cone.d[0] = 1.0 / (regularisation(d, inverse) * own.stiffening);
     c.bias[0] = -own.spring.acceleration(d, r, c.velocity[0]);
-    c.inverse[0] = inverse;
+    c.inverse = [inverse, 0.0, 0.0, 0.0];
     if c.cone.dim == 1 {
         return;
     }
@@ -258,7 +265,7 @@ fn limit(constraints: &mut [Constraint], follows: bool) {
 
 /// What a residual is measured by, m/s²: what the normal force does, and more than the rounding of v/h and of a_ref.
 fn size(c: &Constraint) -> f64 {
-    (c.inverse[0] * c.force[0].abs()).max(1e-4 * c.bias.iter().fold(0.0, |m, b| b.abs().max(m)))
+    (c.inverse[0] * c.force[0].abs()).max(1e-4 * c.bias[..c.cone.dim].iter().fold(0.0, |m, b| b.abs().max(m)))
 }
 
 /// By how much the forces differ from what their formulas ask for under the acceleration that they cause together: the
