@@ -53,7 +53,9 @@ fn every_closed_form_has_a_case() {
 const MISSES: &[(&str, f64)] = &[
     ("block that slides at 35°: path", 1.64e-3),
     ("block that stops: path", 3.06e-3),
-    ("block on 15°: share of the load downhill", 5.3e-5),
+    // The ground gives way under the load, by d on average, and the block tilts: d tan θ h/(2 b²) of the load, 6.35e-5. At
+    // MuJoCo's lever, midway between the surfaces, half of that is taken back.
+    ("block on 15°: share of the load downhill", 6.36e-5),
 ];
 
 #[test]
