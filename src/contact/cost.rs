@@ -194,38 +194,50 @@ impl Cone {
         (cost, zone)
     }
 
-    /// By how much forces differ from −∂s/∂x, as an acceleration, m/s² (or rad/s²).
+    /// What x and the forces at hand ask the forces to be, each constraint by itself:
     ///
-    ///     λ |f − f⁺|,     normal: f⁺ = max(0, f − (x + R f)/λ),     friction: f⁺ = f − (x + R f)/λ brought back to μ f₀
+    ///     normal: f⁺ = max(0, f − (x + R f)/λ),     friction: f⁺ = f − (x + R f)/λ brought back to the limit μ f₀
     ///
-    /// with R = 1/D. f⁺ is f if and only if f solves the equations, and the difference is well conditioned however stiff they are.
+    /// with R = 1/D. f⁺ is f if and only if f = −∂s/∂x, and the difference is well conditioned however stiff they are.
     ///
-    /// In: `inverse` masses of the normal and of each group of friction; for [`Kind::OneSided`], [`Kind::Dry`] and
+    /// In: `inverse` masses λ of the normal and of each group of friction; for [`Kind::OneSided`], [`Kind::Dry`] and
     /// [`Kind::Coulomb`].
-    pub fn misfit(&self, x: &[f64; 6], force: &[f64; 6], inverse: &[f64; 4]) -> f64 {
+    pub fn wish(&self, x: &[f64; 6], force: &[f64; 6], inverse: &[f64; 4]) -> [f64; 6] {
+        let mut wish = *force;
+        wish[0] = force[0] - (x[0] + force[0] / self.d[0]) / inverse[0];
         if self.kind == Kind::Dry {
-            let wanted = force[0] - (x[0] + force[0] / self.d[0]) / inverse[0];
-            return inverse[0] * (force[0] - wanted.clamp(-self.mu[0], self.mu[0])).abs();
+            wish[0] = wish[0].clamp(-self.mu[0], self.mu[0]);
+            return wish;
         }
-        let mut most = (x[0] + force[0] / self.d[0]).min(inverse[0] * force[0]).abs();
+        wish[0] = wish[0].max(0.0);
         for (group, inverse) in self.groups().zip(&inverse[1..]) {
             let (d, mu) = (self.d[group.start], self.mu[group.start]);
             if d == 0.0 {
                 continue;
             }
-            let inverse = inverse * mu * mu;
             // In slips and forces scaled by the rows' coefficients the limit is a circle.
             let mut square = 0.0;
-            let mut wanted = [0.0; 2];
-            for (wanted, k) in wanted.iter_mut().zip(group.clone()) {
+            for k in group.clone() {
                 let f = force[k] / self.mu[k];
-                *wanted = f - (self.mu[k] * x[k] + f / d) / inverse;
-                square += *wanted * *wanted;
+                let scaled = f - (self.mu[k] * x[k] + f / d) / (inverse * mu * mu);
+                wish[k] = self.mu[k] * scaled;
+                square += scaled * scaled;
             }
-            let scale = if square > force[0] * force[0] { force[0] / square.sqrt() } else { 1.0 };
-            for (wanted, k) in wanted.iter().zip(group) {
-                most = most.max(inverse / mu * (force[k] / self.mu[k] - wanted * scale).abs());
+            if square > force[0] * force[0] {
+                let scale = force[0] / square.sqrt();
+                group.for_each(|k| wish[k] *= scale);
             }
+        }
+        wish
+    }
+
+    /// By how much forces differ from −∂s/∂x, as an acceleration: the largest λ |f − f⁺|, m/s² or rad/s²; see
+    /// [`Cone::wish`].
+    pub fn misfit(&self, x: &[f64; 6], force: &[f64; 6], inverse: &[f64; 4]) -> f64 {
+        let wish = self.wish(x, force, inverse);
+        let mut most = inverse[0] * (force[0] - wish[0]).abs();
+        for (group, inverse) in self.groups().zip(&inverse[1..]) {
+            group.for_each(|k| most = most.max(inverse * (force[k] - wish[k]).abs()));
         }
         most
     }

@@ -29,7 +29,7 @@ pub fn steady(
     coefficients: &[Coefficients],
     tree: usize,
     which: &[usize],
-    contacts: &[Contact],
+    contacts: &mut [Contact],
 ) -> Option<Vec6> {
     let first = &contacts[which[0]];
     let alike = |c: &Contact| c.mix == first.mix && c.frame == first.frame && c.body == first.body;
@@ -62,7 +62,7 @@ fn tried<const DIM: usize, const L: usize>(
     own: &Coefficients,
     tree: usize,
     which: &[usize],
-    contacts: &[Contact],
+    contacts: &mut [Contact],
 ) -> Option<Vec6> {
     let Task { model, data, method, .. } = *task;
     let root = model.trees[tree].bodies.start;
@@ -109,6 +109,7 @@ fn tried<const DIM: usize, const L: usize>(
     let per_step = 1.0 / method.timestep;
     let [linear, angular] = model.bodies[model.geoms[first.geom[side] as usize].body].invweight0;
     let (mut most, mut scale) = (0.0f64, 0.0f64);
+    let mut wishes = [[0.0; DIM]; L];
     for i in 0..n.min(L) {
         let c = &contacts[which[i]];
         let body = model.geoms[c.geom[side] as usize].body;
@@ -125,7 +126,8 @@ fn tried<const DIM: usize, const L: usize>(
         let softness = regularisation(d, inverse) * own.stiffening;
         let reference = own.spring.acceleration(d, r, v.x);
         let x = a.x - reference;
-        most = most.max((x + softness * c.force[0]).min(inverse * c.force[0]).abs());
+        wishes[i][0] = (c.force[0] - (x + softness * c.force[0]) / inverse).max(0.0);
+        most = most.max(inverse * (c.force[0] - wishes[i][0]).abs());
         scale = scale.max(inverse * c.force[0].abs()).max(1e-4 * reference.abs());
         if DIM == 1 {
             continue;
@@ -151,12 +153,19 @@ fn tried<const DIM: usize, const L: usize>(
             let shrink = if square > limit * limit { limit / square.sqrt() } else { 1.0 };
             for (wanted, k) in wanted.iter().zip(group) {
                 let ratio = own.friction[k - 1] / mu;
+                wishes[i][k] = wanted * shrink * ratio;
                 most = most.max(inverse * (c.force[k] / ratio - wanted * shrink).abs());
             }
         }
     }
     if most > TOLERANCE * scale || most.is_nan() {
         return None;
+    }
+    // Part of the way to what was wished for (Jacobi), for the next step: else an error within the tolerance would stay.
+    for (wish, &c) in wishes.iter().zip(which) {
+        for (f, wish) in contacts[c].force.iter_mut().zip(wish) {
+            *f += (wish - *f) / L as f64;
+        }
     }
     let (a, turn) = (frame.tr_mul(&acc), axes.tr_mul(&alpha));
     Some(Vec6::new(a.x, a.y, a.z, turn.x, turn.y, turn.z))
