@@ -62,6 +62,7 @@ pub static LAW: Law = Law {
     start: Start::Forces,
     lever: Lever::Surface,
     solve,
+    pose: Some(pose),
     shortcut: None,
     friction: |_, mix| mix.friction,
     describe: |ask| Description {
@@ -122,6 +123,12 @@ impl Coefficients {
 }
 
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
+    pose(task, own, island);
+    island.solve(task.model, task.data, Settle { rounds: task.method.rounds })
+}
+
+/// The terms of the sum.
+fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
     let coefficients = own.get::<PerMix<Coefficients>>().of(task, Coefficients::new);
     for i in 0..island.sources.len() {
         match island.sources[i] {
@@ -129,7 +136,6 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
             Source::Joint(index) => joint(task, &task.data.joint_rows[index], &mut island.constraints[i]),
         }
     }
-    island.solve(task.model, task.data, Settle { rounds: task.method.rounds })
 }
 
 /// The terms of one contact.
