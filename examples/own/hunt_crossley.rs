@@ -15,6 +15,7 @@ pub static LAW: Law = Law {
     start: Start::Nothing,
     lever: Lever::Surface,
     solve,
+    pose: None,
     shortcut: None,
     friction: |_, mix| mix.friction,
     describe,

@@ -29,6 +29,8 @@ pub struct Unit {
     pub at: usize,
     pub n: usize,
     pub dofs: usize,
+    /// Where its dofs begin among those of the island, without padding.
+    first: usize,
     /// Index of the tree's first body.
     body: usize,
     free: bool,
@@ -123,7 +125,8 @@ impl Island {
         let t = &model.trees[tree];
         let (at, dofs, body) = (self.velocity.len(), t.dofs.len(), t.bodies.start);
         let n = padded(dofs);
-        self.units.push(Unit { tree, at, n, dofs, body, free: t.free.is_some() });
+        let first = self.units.last().map_or(0, |u| u.first + u.dofs);
+        self.units.push(Unit { tree, at, n, dofs, first, body, free: t.free.is_some() });
         if t.free.is_some() {
             let mover = &data.movers[body];
             self.velocity.extend_from_slice(mover.vel.as_slice());
@@ -227,6 +230,64 @@ impl Island {
     /// J a₀ of constraint i, m/s² and rad/s².
     pub fn smooth_accelerations(&self, i: usize) -> [f64; 6] {
         self.products(&self.parts[i], self.constraints[i].cone.dim, &self.vectors.smooth)
+    }
+
+    /// J a of constraint i, m/s² and rad/s².
+    pub fn accelerations(&self, i: usize) -> [f64; 6] {
+        self.products(&self.parts[i], self.constraints[i].cone.dim, &self.vectors.a)
+    }
+
+    /// Adds `factor` Jᵀ F J to the island's matrix over its trees' dofs (row-major, no padding).
+    ///
+    /// In: `slopes` F of each constraint, dim × dim.
+    pub fn add_tangent(&self, model: &Model, data: &Data, factor: f64, slopes: &[[[f64; 6]; 6]], matrix: &mut [f64]) {
+        let n = self.units.last().map_or(0, |u| u.first + u.dofs);
+        let mut rows = [Vec::new(), Vec::new()];
+        let mut product = Vec::new();
+        for ((c, parts), slope) in self.constraints.iter().zip(&self.parts).zip(slopes) {
+            let dim = c.cone.dim;
+            let parts = &parts.parts[..parts.count];
+            for (part, rows) in parts.iter().zip(&mut rows) {
+                self.rows_of_dofs(model, data, part, dim, rows);
+            }
+            for (right, right_rows) in parts.iter().zip(&rows) {
+                let Unit { first: column, dofs: width, .. } = self.units[right.unit];
+                // F J
+                product.clear();
+                product.resize(dim * width, 0.0);
+                for k in 0..dim {
+                    for l in (0..dim).filter(|&l| slope[k][l] != 0.0) {
+                        add(
+                            &mut product[k * width..][..width],
+                            factor * slope[k][l],
+                            &right_rows[l * width..][..width],
+                        );
+                    }
+                }
+                for (left, left_rows) in parts.iter().zip(&rows) {
+                    let Unit { first, dofs: height, .. } = self.units[left.unit];
+                    for k in 0..dim {
+                        for (i, j) in left_rows[k * height..][..height].iter().enumerate().filter(|(_, j)| **j != 0.0) {
+                            add(&mut matrix[(first + i) * n + column..][..width], *j, &product[k * width..][..width]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The first `dim` rows of a part over the tree's dofs, without padding.
+    fn rows_of_dofs(&self, model: &Model, data: &Data, part: &Part, dim: usize, out: &mut Vec<f64>) {
+        let unit = &self.units[part.unit];
+        let tree = &model.trees[unit.tree];
+        out.clear();
+        for k in 0..dim {
+            let row = self.row(part, k);
+            match &tree.free {
+                Some(free) => out.extend_from_slice(&force_on_free_joint(free, tree, data, row)),
+                None => out.extend_from_slice(&row[..unit.dofs]),
+            }
+        }
     }
 
     /// Adds ± frame · J of one side's body to the rows of a part: of the dofs between the body and the root only.

@@ -11,6 +11,7 @@
 //! | `island` | the rows of one island, and where its results go |
 //! | `impedance`, `constants` | what `solref` and `solimp` mean |
 //! | `cost`, `newton`, `block_cholesky` | convex problems in the accelerations, and Newton's method for them |
+//! | `tangent` | forces at known accelerations and their derivatives, for implicit steps |
 //! | `pointwise` | for laws that are a formula for one contact point |
 //! | `describe` | what a law says of itself to `explain` and `compare` |
 //! | `penalty`, `mujoco`, `tutorial` | the laws |
@@ -28,6 +29,7 @@ pub mod mujoco;
 pub mod newton;
 pub mod penalty;
 pub mod pointwise;
+pub mod tangent;
 pub mod tutorial;
 
 use crate::data::{Contact, Data, Scratchpad};
@@ -56,6 +58,9 @@ pub struct Law {
     ///
     /// Reads: the island's rows, `vectors.smooth`. Writes: `vectors.a`, `force` of the constraints.
     pub solve: fn(&Task, &mut Scratchpad, &mut Island) -> Outcome,
+    /// Writes cone and bias of each constraint, if the forces depend on accelerations: then they are
+    /// f = −∂s/∂x at x = J a + bias. `None`: `solve` finds the forces from positions and velocities alone.
+    pub pose: Option<fn(&Task, &mut Scratchpad, &mut Island)>,
     /// A faster way to the same forces for one free body against what never moves; see [`Shortcut`].
     pub shortcut: Option<Shortcut>,
     /// Coefficients of friction that it uses for a mix: two sliding (1), spinning (m), two rolling (m).

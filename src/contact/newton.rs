@@ -23,6 +23,8 @@ pub struct Constraint {
     /// J a − a_ref at the current a, and its change J p along the search direction.
     pub x: Spread,
     pub y: Spread,
+    /// J a of an acceleration that is known, m/s² and rad/s²; see [`super::tangent`].
+    pub rate: [f64; 6],
     /// −∂s/∂x at `x`: N, N m.
     pub force: [f64; 6],
     pub zone: Zone,
@@ -44,6 +46,13 @@ impl Constraint {
             }
             Into::Y => self.cone.spread(&product, &mut self.y),
         }
+    }
+
+    /// The force −∂s/∂x at the acceleration `rate`; the normal force there limits Coulomb friction.
+    pub fn respond(&mut self) {
+        self.set(Into::X, self.rate);
+        self.cone.limit = self.cone.d[0] * (-self.x[0]).max(0.0);
+        self.zone = self.cone.cost(&self.x, &mut self.force).1;
     }
 }
 

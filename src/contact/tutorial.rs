@@ -45,6 +45,7 @@ pub static LAW: Law = Law {
     start: Start::Nothing,
     lever: Lever::Surface,
     solve,
+    pose: None,
     shortcut: None,
     friction,
     describe,

@@ -1,8 +1,9 @@
 use super::{Integrator, displace};
-use crate::contact::disjoint_sets::DisjointSets;
+use crate::collision;
+use crate::contact::tangent::{self, Tangent};
 use crate::data::Data;
-use crate::dynamics::free;
 use crate::dynamics::spatial::{ang, lin};
+use crate::dynamics::{self, free};
 use crate::forward::{Method, forward};
 use crate::model::Model;
 use crate::state::State;
@@ -32,19 +33,25 @@ struct Newton {
     residual: Vec<f64>,
     step: Vec<f64>,
     shifted: Vec<f64>,
-    /// By how much each velocity is shifted to differentiate (nv).
+    /// (v' − v)/h (nv).
+    a: Vec<f64>,
+    /// By how much each velocity is shifted to differentiate smooth forces (nv).
     shifts: Vec<f64>,
     /// What a residual is measured by, a number a tree, √J.
     scales: Vec<f64>,
-    /// ∂g/∂v of one island, row-major.
-    jacobian: Vec<f64>,
-    islands: Islands,
+    /// M and 1 − h ∂qacc_smooth/∂v' of each tree, row-major, one after the other.
+    inertia: Vec<f64>,
+    smooth: Vec<f64>,
+    tangent: Tangent,
+    /// Evaluations of the residual in this step.
+    evaluations: usize,
 }
 
-/// Newton steps at most. Smooth forces need three or four, each kink of friction about one more.
-const MAX_ITERATIONS: usize = 40;
-/// Evaluations at most of one line search: enough to halve a step down to rounding.
-const MAX_TRIALS: usize = 50;
+/// Evaluations of the residual at most in one step; few steps need ten. With the differences of smooth forces, one a
+/// dof of the largest tree every [`REFRESH`] iterations, this bounds the work of a step.
+const MAX_EVALUATIONS: usize = 60;
+/// Newton steps for which the derivatives of smooth forces are good.
+const REFRESH: usize = 8;
 /// Residual at which the velocity counts as solved, relative to what a step changes of it (and to [`INERT`] of itself).
 const TOLERANCE: f64 = 1e-12;
 /// Residual up to which the last guess is as good as solved: rounding in stiff contacts leaves that much.
@@ -53,19 +60,22 @@ const GOOD_ENOUGH: f64 = 1e-5;
 const INERT: f64 = 1e-2;
 /// A shorter step is taken if the slope that is left along it is more than this share of that at its start.
 const SHARE: f64 = 0.5;
-/// Shift for differences, relative to what smooth forces change of the velocity in a step: a hundredth of the widths
-/// over which contact laws let their forces switch sign or on.
+/// Shift for differences, relative to what smooth forces change of the velocity in a step.
 const SHIFT: f64 = 1e-5;
 /// The same relative to the velocity itself: far above its rounding.
 const LEAST_SHIFT: f64 = 1e-8;
 
 /// Backward Euler: find the velocity v' at the end of the step with
 ///
-///     g(v') = v' − v − h qacc(q ⊕ h v', v') = 0,     then  v ← v', q ← q ⊕ h v'
+///     g(v') = v' − v − h qacc(q ⊕ h v', v', a) = 0,   a = (v' − v)/h,     then  v ← v', q ← q ⊕ h v'
 ///
-/// by Newton's method. The Jacobian ∂g/∂v' = 1 − h ∂qacc/∂v − h² ∂qacc/∂q contains everything that pushes:
-/// contacts found where the step ends, springs, gyroscopic forces. It is taken by forward differences; dofs that
-/// no contact couples are shifted at the same time.
+/// by Newton's method. Contact laws whose forces depend on the acceleration take a for it: at the solution it is the
+/// acceleration, and nothing need be solved before ([`crate::contact::tangent`]). The Jacobian,
+///
+///     M ∂g/∂v' = M (1 − h ∂qacc_smooth/∂v') − h Jᵀ F J,     F = ∂f/∂(J v')
+///
+/// contains what springs, gyroscopic forces and the formula of every contact do with position and velocity at the end of
+/// the step. How M and J turn with the position is left out: Newton's steps are exact but for h² f/r beside M.
 ///
 /// M g is the gradient of an incremental potential (kinetic energy of v' − v, plus the potential energy at the end of
 /// the step, plus h times what is dissipated), as far as forces have potentials. Friction and contacts that switch on
@@ -73,8 +83,8 @@ const LEAST_SHIFT: f64 = 1e-8;
 /// shortened to where the slope dᵀ M g along it is nearly zero. In this measure metres and radians, heavy and light
 /// compare.
 ///
-/// Where no v' is found, since a force jumps, the step takes the forces at the last guess:
-/// v ← v + h qacc(q ⊕ h v', v'). Such steps are counted.
+/// Where no v' is found within [`MAX_EVALUATIONS`], since a force jumps, the step takes the forces at the last guess,
+/// those that the law finds for it: v ← v + h qacc(q ⊕ h v', v'). Such steps are counted.
 ///
 /// Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, §IV.8; incremental potential:
 /// M. Ortiz, L. Stainier, The variational formulation of viscoplastic constitutive updates (1999).
@@ -85,32 +95,31 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     trial.copy_from(state);
     trial.time += h;
     newton.v.clone_from(&state.qvel);
-    residual(model, method, state, &newton.v, &mut trial, data, &mut newton.residual);
+    newton.evaluations = 0;
+    newton.evaluate(model, method, state, &mut trial, data, false);
     newton.measure(model, h, state, data);
     let mut size = newton.size(model, data);
-    for _ in 0..MAX_ITERATIONS {
-        if size <= TOLERANCE {
-            break;
-        }
-        newton.islands.find(model, data);
-        differentiate(model, method, state, &mut newton, &mut trial, data);
-        let Some(next) = search(model, method, state, &mut newton, &mut trial, data) else { break };
+    let mut iterations = 0;
+    while size > TOLERANCE && newton.evaluations < MAX_EVALUATIONS {
+        newton.direct(model, method, state, &mut trial, data, iterations % REFRESH == 0);
+        iterations += 1;
+        let Some(next) = newton.search(model, method, state, &mut trial, data) else { break };
         let last = std::mem::replace(&mut size, next);
-        // What rounding leaves of a stiff contact, or a contact solver's tolerance, no further step removes.
+        // What rounding leaves of a stiff contact no further step removes.
         if last <= GOOD_ENOUGH && next > 0.1 * last {
             break;
         }
     }
-    // Once more at the answer, so that `data` shows the end of the step.
-    residual(model, method, state, &newton.v, &mut trial, data, &mut newton.residual);
-    let solved = newton.size(model, data) <= GOOD_ENOUGH;
+    // Also where it is NaN.
+    let solved = size <= GOOD_ENOUGH;
     if !solved {
         data.unsolved += 1;
-        for (v, g) in newton.v.iter_mut().zip(&newton.residual) {
-            *v -= g;
+        displace_from(model, state, &newton.v, h, &mut trial);
+        forward(model, method, &trial, data);
+        for ((v, before), a) in newton.v.iter_mut().zip(&state.qvel).zip(&data.qacc) {
+            *v = before + h * a;
         }
-        trial.qpos.copy_from_slice(&state.qpos);
-        displace(model, &mut trial.qpos, &newton.v, h);
+        displace_from(model, state, &newton.v, h, &mut trial);
     }
     state.remember(method.contact.start, data);
     state.qvel.copy_from_slice(&newton.v);
@@ -120,72 +129,91 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     *data.scratch.get() = newton;
 }
 
-/// Goes along the Newton step as far as it leads downhill. Out: the size of the residual there; `None` if nowhere.
-///
-/// Reads and writes v and residual.
-fn search(
-    model: &Model,
-    method: &Method,
-    start: &State,
-    newton: &mut Newton,
-    trial: &mut State,
-    data: &mut Data,
-) -> Option<f64> {
-    let Newton { v, residual: g, step, shifted, .. } = newton;
-    let slope = |g: &[f64], d: &[f64], data: &Data| product(model, data, d, g);
-    let mut first = slope(g, step, data);
-    let downhill = first < 0.0;
-    if !downhill {
-        // No way down: take the forces as they are.
-        step.iter_mut().zip(g.iter()).for_each(|(d, g)| *d = -g);
-        first = slope(g, step, data);
-    }
-    // The slope is negative at `low` and positive at `high`.
-    let ((mut low, mut at_low), (mut high, mut at_high)) = ((0.0, first), (f64::INFINITY, 0.0));
-    let mut share = 1.0;
-    for i in 0..MAX_TRIALS {
-        shifted.clear();
-        shifted.extend(v.iter().zip(step.iter()).map(|(v, d)| v + share * d));
-        residual(model, method, start, shifted, trial, data, g);
-        let now = slope(g, step, data);
-        if now <= SHARE * first.abs() && (now >= SHARE * first || high.is_infinite()) {
-            break;
-        }
-        if now < 0.0 {
-            (low, at_low) = (share, now)
-        } else {
-            (high, at_high) = (share, now)
-        }
-        // By turns where a straight line through both would end, and half way.
-        share = if i % 2 == 0 { low - at_low * (high - low) / (at_high - at_low) } else { 0.5 * (low + high) };
-        if !(share > low && share < high) || high - low < 1e-15 {
-            break;
-        }
-    }
-    let moved = shifted.iter().zip(v.iter()).any(|(a, b)| a != b);
-    std::mem::swap(v, shifted);
-    moved.then(|| newton.size(model, data))
-}
-
-/// g(v) = v − v₀ − h qacc(q₀ ⊕ h v, v).
-fn residual(
-    model: &Model,
-    method: &Method,
-    start: &State,
-    v: &[f64],
-    trial: &mut State,
-    data: &mut Data,
-    g: &mut Vec<f64>,
-) {
+/// q ⊕ h v and v, from the start of the step.
+fn displace_from(model: &Model, start: &State, v: &[f64], h: f64, trial: &mut State) {
     trial.qpos.copy_from_slice(&start.qpos);
-    displace(model, &mut trial.qpos, v, method.timestep);
+    displace(model, &mut trial.qpos, v, h);
     trial.qvel.copy_from_slice(v);
-    forward(model, method, trial, data);
-    g.clear();
-    g.extend((0..v.len()).map(|i| v[i] - start.qvel[i] - method.timestep * data.qacc[i]));
 }
 
 impl Newton {
+    /// g(v), at `v` or at `shifted`.
+    ///
+    /// Writes: residual, and in `data` the end of the step.
+    fn evaluate(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        start: &State,
+        trial: &mut State,
+        data: &mut Data,
+        shifted: bool,
+    ) {
+        let Newton { v, shifted: other, a, residual, evaluations, .. } = self;
+        let (v, h) = (if shifted { &*other } else { &*v }, method.timestep);
+        *evaluations += 1;
+        data.counts.forwards += 1;
+        displace_from(model, start, v, h, trial);
+        a.clear();
+        a.extend(v.iter().zip(&start.qvel).map(|(v, before)| (v - before) / h));
+        dynamics::kinematics(model, &trial.qpos, data);
+        collision::detect(model, data);
+        dynamics::smooth(model, method, trial, data);
+        tangent::constrain_at(model, method, trial, a, data);
+        residual.clear();
+        residual.extend((0..v.len()).map(|i| v[i] - start.qvel[i] - h * data.qacc[i]));
+    }
+
+    /// Goes along the Newton step as far as it leads downhill. Out: the size of the residual there; `None` if nowhere.
+    ///
+    /// Reads and writes v and residual.
+    fn search(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        start: &State,
+        trial: &mut State,
+        data: &mut Data,
+    ) -> Option<f64> {
+        let slope = |newton: &Newton, data: &Data| product(model, data, &newton.step, &newton.residual);
+        let mut first = slope(self, data);
+        let downhill = first < 0.0;
+        if !downhill {
+            // No way down: take the forces as they are.
+            self.step.iter_mut().zip(&self.residual).for_each(|(d, g)| *d = -g);
+            first = slope(self, data);
+        }
+        // The slope is negative at `low` and positive at `high`.
+        let ((mut low, mut at_low), (mut high, mut at_high)) = ((0.0, first), (f64::INFINITY, 0.0));
+        let mut share = 1.0;
+        let mut i = 0;
+        loop {
+            self.shifted.clear();
+            self.shifted.extend(self.v.iter().zip(&self.step).map(|(v, d)| v + share * d));
+            self.evaluate(model, method, start, trial, data, true);
+            let now = slope(self, data);
+            if now <= SHARE * first.abs() && (now >= SHARE * first || high.is_infinite())
+                || self.evaluations >= MAX_EVALUATIONS
+            {
+                break;
+            }
+            if now < 0.0 {
+                (low, at_low) = (share, now)
+            } else {
+                (high, at_high) = (share, now)
+            }
+            // By turns where a straight line through both would end, and half way.
+            share = if i % 2 == 0 { low - at_low * (high - low) / (at_high - at_low) } else { 0.5 * (low + high) };
+            if !(share > low && share < high) || high - low < 1e-15 {
+                break;
+            }
+            i += 1;
+        }
+        let moved = self.shifted != self.v;
+        std::mem::swap(&mut self.v, &mut self.shifted);
+        moved.then(|| self.size(model, data))
+    }
+
     /// What is large and what is small in this step.
     ///
     /// Reads: the start of the step, accelerations at the first guess. Writes: shifts, scales.
@@ -199,7 +227,8 @@ impl Newton {
             let dofs = tree.dofs.clone();
             let speed = norm(t, &start.qvel[dofs.clone()]);
             let smooth = h * norm(t, &data.qacc_smooth[dofs.clone()]);
-            scales.push(INERT * speed + smooth + h * norm(t, &data.qacc[dofs.clone()]));
+            // Contact forces count little: at a first guess that does not give way they are many times too large.
+            scales.push(INERT * (speed + h * norm(t, &data.qacc[dofs.clone()])) + smooth);
             for i in 0..dofs.len() {
                 shifts[dofs.start + i] = (SHIFT * smooth + LEAST_SHIFT * speed) / own_inertia(model, data, t, i).sqrt();
             }
@@ -225,6 +254,115 @@ impl Newton {
         };
         // Not `f64::max`, which would hide a NaN.
         self.scales.iter().enumerate().map(of_tree).fold(0.0, |most, x| if x <= most { most } else { x })
+    }
+
+    /// The Newton step −(M ∂g/∂v)⁻¹ M g, island by island.
+    ///
+    /// Reads: v, residual, and in `data` the end of the step that belongs to them.
+    fn direct(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        start: &State,
+        trial: &mut State,
+        data: &mut Data,
+        refresh: bool,
+    ) {
+        tangent::tangent(model, method, trial, &self.a, data, &mut self.tangent);
+        self.weigh(model, data);
+        if refresh {
+            self.differentiate_smooth(model, method, start, trial, data);
+        }
+        let Newton {
+            residual: g,
+            step,
+            shifted: x,
+            inertia,
+            smooth,
+            tangent: Tangent { dofs, starts, trees, blocks, .. },
+            ..
+        } = self;
+        let squares = |t: usize| model.trees[..t].iter().map(|tree| tree.dofs.len().pow(2)).sum::<usize>();
+        let mut block = 0;
+        let mut trees = trees.iter().peekable();
+        for w in starts.windows(2) {
+            let (first, island) = (w[0], &dofs[w[0]..w[1]]);
+            let n = island.len();
+            let matrix = &mut blocks[block..block + n * n];
+            x.clear();
+            x.resize(n, 0.0);
+            while let Some((t, at)) = trees.next_if(|(_, at)| *at < first + n) {
+                let (dofs, place) = (model.trees[*t].dofs.clone(), at - first);
+                let size = dofs.len();
+                let m = &inertia[squares(*t)..][..size * size];
+                let s = &smooth[squares(*t)..][..size * size];
+                for i in 0..size {
+                    for k in (0..size).filter(|k| m[i * size + k] != 0.0) {
+                        let row = &mut matrix[(place + i) * n + place..][..size];
+                        row.iter_mut().zip(&s[k * size..]).for_each(|(a, s)| *a += m[i * size + k] * s);
+                        x[place + i] -= m[i * size + k] * g[dofs.start + k];
+                    }
+                }
+            }
+            solve(matrix, x);
+            island.iter().zip(x.iter()).for_each(|(&dof, x)| step[dof] = *x);
+            block += n * n;
+            data.counts.solves += 1;
+        }
+    }
+
+    /// M of all trees, into `inertia`.
+    fn weigh(&mut self, model: &Model, data: &Data) {
+        self.inertia.clear();
+        for (t, tree) in model.trees.iter().enumerate() {
+            let size = tree.dofs.len();
+            if tree.free.is_none() {
+                self.inertia.extend_from_slice(&data.qm[data.m_adr[t]..][..size * size]);
+                continue;
+            }
+            let unit = |i: usize| -> [f64; 6] { std::array::from_fn(|j| f64::from(i == j)) };
+            let entries = (0..36).map(|k| product_of_tree(model, data, t, &unit(k / 6), &unit(k % 6)));
+            self.inertia.extend(entries);
+        }
+    }
+
+    /// 1 − h ∂qacc_smooth/∂v' of all trees at v, by forward differences: no contacts, all trees at the same time.
+    ///
+    /// Reads: qacc_smooth at v. `data` is then that of another velocity.
+    fn differentiate_smooth(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        start: &State,
+        trial: &mut State,
+        data: &mut Data,
+    ) {
+        let Newton { v, shifted, step: before, shifts, smooth, .. } = self;
+        let h = method.timestep;
+        before.clone_from(&data.qacc_smooth);
+        smooth.clear();
+        smooth.resize(model.trees.iter().map(|tree| tree.dofs.len().pow(2)).sum(), 0.0);
+        for k in 0..model.trees.iter().map(|tree| tree.dofs.len()).max().unwrap_or(0) {
+            shifted.clone_from(v);
+            for tree in model.trees.iter().filter(|tree| k < tree.dofs.len()) {
+                shifted[tree.dofs.start + k] += shifts[tree.dofs.start + k];
+            }
+            displace_from(model, start, shifted, h, trial);
+            dynamics::kinematics(model, &trial.qpos, data);
+            dynamics::smooth(model, method, trial, data);
+            let mut at = 0;
+            for tree in &model.trees {
+                let (size, dofs) = (tree.dofs.len(), tree.dofs.clone());
+                if k < size {
+                    let shift = shifted[dofs.start + k] - v[dofs.start + k];
+                    for (i, d) in dofs.enumerate() {
+                        let slope = if shift == 0.0 { 0.0 } else { (data.qacc_smooth[d] - before[d]) / shift };
+                        smooth[at + i * size + k] = f64::from(i == k) - h * slope;
+                    }
+                }
+                at += size * size;
+            }
+        }
     }
 }
 
@@ -262,50 +400,6 @@ fn own_inertia(model: &Model, data: &Data, t: usize, i: usize) -> f64 {
     }
 }
 
-/// The Newton step −(∂g/∂v)⁻¹ g, island by island.
-fn differentiate(
-    model: &Model,
-    method: &Method,
-    start: &State,
-    newton: &mut Newton,
-    trial: &mut State,
-    data: &mut Data,
-) {
-    let Newton { v, residual: g, step, shifted, shifts, jacobian, islands, .. } = newton;
-    jacobian.clear();
-    jacobian.resize(islands.starts.windows(2).map(|w| (w[1] - w[0]) * (w[1] - w[0])).sum(), 0.0);
-    for k in 0..islands.largest() {
-        shifted.clone_from(v);
-        for island in islands.iter().filter(|island| island.len() > k) {
-            // The way it pushes.
-            shifted[island[k]] -= shifts[island[k]].copysign(g[island[k]]);
-        }
-        residual(model, method, start, shifted, trial, data, step);
-        let mut block = 0;
-        for island in islands.iter() {
-            let n = island.len();
-            if n > k {
-                for (i, &dof) in island.iter().enumerate() {
-                    jacobian[block + i * n + k] = (step[dof] - g[dof]) / (shifted[island[k]] - v[island[k]]);
-                }
-            }
-            block += n * n;
-        }
-    }
-    let mut block = 0;
-    for island in islands.iter() {
-        let n = island.len();
-        shifted.clear();
-        shifted.extend(island.iter().map(|&dof| -g[dof]));
-        solve(&mut jacobian[block..block + n * n], shifted);
-        for (&dof, x) in island.iter().zip(shifted.iter()) {
-            step[dof] = *x;
-        }
-        block += n * n;
-        data.counts.solves += 1;
-    }
-}
-
 /// x ← A⁻¹ x by Gaussian elimination with row pivoting; A (row-major) is overwritten.
 fn solve(a: &mut [f64], x: &mut [f64]) {
     let n = x.len();
@@ -326,49 +420,5 @@ fn solve(a: &mut [f64], x: &mut [f64]) {
     for i in (0..n).rev() {
         let sum: f64 = (i + 1..n).map(|j| a[i * n + j] * x[j]).sum();
         x[i] = (x[i] - sum) / a[i * n + i];
-    }
-}
-
-/// The dofs that contacts couple, group by group.
-#[derive(Clone, Debug, Default)]
-struct Islands {
-    sets: DisjointSets,
-    /// All trees, those of one island together.
-    trees: Vec<usize>,
-    dofs: Vec<usize>,
-    /// Island i is `dofs[starts[i]..starts[i + 1]]`.
-    starts: Vec<usize>,
-}
-
-impl Islands {
-    fn find(&mut self, model: &Model, data: &Data) {
-        let Islands { sets, trees, dofs, starts } = self;
-        sets.reset(model.trees.len());
-        for contact in &data.contacts {
-            if let [Some(a), Some(b)] = contact.body.map(|b| model.bodies[b as usize].tree) {
-                sets.union(a, b);
-            }
-        }
-        trees.clear();
-        trees.extend(0..model.trees.len());
-        trees.sort_unstable_by_key(|&t| (sets.find(t), t));
-        dofs.clear();
-        starts.clear();
-        for &t in trees.iter() {
-            // The lowest tree of an island comes first.
-            if sets.find(t) == t {
-                starts.push(dofs.len());
-            }
-            dofs.extend(model.trees[t].dofs.clone());
-        }
-        starts.push(dofs.len());
-    }
-
-    fn iter(&self) -> impl Iterator<Item = &[usize]> {
-        self.starts.windows(2).map(|w| &self.dofs[w[0]..w[1]])
-    }
-
-    fn largest(&self) -> usize {
-        self.iter().map(<[usize]>::len).max().unwrap_or(0)
     }
 }

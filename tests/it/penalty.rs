@@ -266,8 +266,8 @@ fn solref_means_what_we_say() {
 /// Bodies that rest, slide, roll and spin on a plane, on a static box and under a slope; both are asked at every state.
 #[test]
 fn the_shortcut_finds_what_the_general_way_finds() {
-    let Law { name, about, joints, start, lever, solve, friction, describe, unlike, .. } = penalty::LAW;
-    let general = Law { name, about, joints, start, lever, solve, shortcut: None, friction, describe, unlike };
+    let Law { name, about, joints, start, lever, solve, pose, friction, describe, unlike, .. } = penalty::LAW;
+    let general = Law { name, about, joints, start, lever, solve, pose, shortcut: None, friction, describe, unlike };
     let general: &'static Law = Box::leak(Box::new(general));
     let (mut taken, mut asked) = (0, 0);
     for (shape, condim, start) in [

@@ -19,6 +19,7 @@ const NO_LAW: Law = Law {
     start: Start::Nothing,
     lever: Lever::Midpoint,
     solve: |_, _, _| panic!("a contact law ran without contacts"),
+    pose: None,
     shortcut: None,
     friction: |_, mix| mix.friction,
     describe: describe::nothing,

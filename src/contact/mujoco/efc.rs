@@ -1,13 +1,11 @@
 //! The constraint rows as MuJoCo lists them (`efc_J`, `efc_R`, `efc_aref`, `efc_force`): dry friction, joint limits,
 //! contacts; a pyramid's edges one by one. To look at and to compare, not on the way of a step.
 
-use super::coefficients::Coefficients;
 use crate::contact::cost::Kind;
-use crate::contact::impedance::PerMix;
 use crate::contact::island::{Island, force_on_free_joint};
 use crate::contact::newton::Stop;
 use crate::contact::{Task, assemble_all};
-use crate::data::Data;
+use crate::data::{Data, Scratchpad};
 use crate::forward::Method;
 use crate::model::Model;
 use crate::state::State;
@@ -30,7 +28,7 @@ pub fn list(model: &Model, method: &Method, state: &State, data: &Data) -> Vec<R
     let task = Task { model, method, state, data };
     let mut island = Island::default();
     assemble_all(&task, &mut island);
-    super::pose(&task, PerMix::default().of(&task, Coefficients::new), &mut island);
+    super::pose(&task, &mut Scratchpad::default(), &mut island);
     island.guess(model, data, &data.qacc);
     // The forces of stiff edges cannot be had from qacc alone, they would drown in its last digits: from there on, Newton.
     island.solve(model, data, Stop { warm: true, ..super::stop(model) });

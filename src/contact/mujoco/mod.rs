@@ -31,6 +31,7 @@ pub static LAW: Law = Law {
     start: Start::Acceleration,
     lever: Lever::Midpoint,
     solve,
+    pose: Some(pose),
     shortcut: None,
     friction: |_, mix| mix.friction,
     describe: |ask| Description { creep: Some(describe::soft_creep(ask)), ..describe::soft(ask) },
@@ -38,14 +39,14 @@ pub static LAW: Law = Law {
 };
 
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
-    let coefficients = own.get::<impedance::PerMix<Coefficients>>().of(task, Coefficients::new);
-    pose(task, coefficients, island);
+    pose(task, own, island);
     island.guess(task.model, task.data, &task.state.qacc_warmstart);
     island.solve(task.model, task.data, stop(task.model))
 }
 
 /// Turns the island's constraints into terms of the convex problem.
-fn pose(task: &Task, coefficients: &[Coefficients], island: &mut Island) {
+fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
+    let coefficients = own.get::<impedance::PerMix<Coefficients>>().of(task, Coefficients::new);
     for i in 0..island.sources.len() {
         match island.sources[i] {
             Source::Contact(index) => {

@@ -65,6 +65,7 @@ pub static LAW: Law = Law {
     start: Start::Forces,
     lever: Lever::Surface,
     solve,
+    pose: Some(pose),
     shortcut: Some(shortcut),
     friction: |_, mix| mix.friction,
     describe: |ask| Description {
@@ -129,6 +130,12 @@ fn shortcut(task: &Task, own: &mut Scratchpad, tree: usize, which: &[usize], con
 }
 
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
+    pose(task, own, island);
+    island.solve(task.model, task.data, Settle { rounds: task.method.rounds })
+}
+
+/// The terms of the sum.
+fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
     let coefficients = own.get::<PerMix<Coefficients>>().of(task, Coefficients::new);
     for i in 0..island.sources.len() {
         match island.sources[i] {
@@ -136,7 +143,6 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
             Source::Joint(index) => joint(task, &task.data.joint_rows[index], &mut island.constraints[i]),
         }
     }
-    island.solve(task.model, task.data, Settle { rounds: task.method.rounds })
 }
 
 /// The terms of one contact.
