@@ -71,7 +71,6 @@ pub struct Island {
     pub units: Vec<Unit>,
     /// What the constraints stand for, one by one.
     pub sources: Vec<Source>,
-    /// As many as there are sources count; what follows is left over from larger islands.
     pub constraints: Vec<Constraint>,
     pub vectors: Vectors<Vec<f64>>,
     /// Velocity: of the mover, or qvel.
@@ -211,6 +210,12 @@ impl Island {
         self.parts.push(parts);
     }
 
+    /// Comes after all constraints: what is left over from a larger island goes. (What an island of the same size left is
+    /// overwritten number by number, which is quicker than to make it anew.)
+    pub fn finish_assembly(&mut self) {
+        self.constraints.truncate(self.sources.len());
+    }
+
     /// Products of a constraint's rows with a vector of the island.
     #[inline]
     fn products(&self, parts: &Parts, dim: usize, v: &[f64]) -> [f64; 6] {
@@ -224,7 +229,7 @@ impl Island {
 
     /// Number of scalar rows.
     pub fn rows(&self) -> usize {
-        self.constraints.iter().take(self.sources.len()).map(|c| c.cone.dim).sum()
+        self.constraints.iter().map(|c| c.cone.dim).sum()
     }
 
     /// J a₀ of constraint i, m/s² and rad/s².
@@ -610,8 +615,7 @@ impl Solve for Push {
 impl Island {
     /// Lets `law` solve the island.
     pub fn solve<L: Solve>(&mut self, model: &Model, data: &Data, law: L) -> L::Outcome {
-        let Island { units, sources, constraints, vectors, parts, jac, blocks, product, .. } = self;
-        let constraints = &mut constraints[..sources.len()];
+        let Island { units, constraints, vectors, parts, jac, blocks, product, .. } = self;
         if let [unit] = units[..]
             && unit.n == SIX
         {

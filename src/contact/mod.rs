@@ -213,6 +213,7 @@ fn assemble(task: &Task, islands: &mut Islands, group: usize, island: &mut Islan
         };
         island.add_contact(model, data, c, model.mixes[contact.mix as usize].condim, units, points);
     }
+    island.finish_assembly();
 }
 
 /// The rows of all islands as if they were one.

@@ -33,7 +33,7 @@ pub fn list(model: &Model, method: &Method, state: &State, data: &Data) -> Vec<R
     // The forces of stiff edges cannot be had from qacc alone, they would drown in its last digits: from there on, Newton.
     island.solve(model, data, Stop { warm: true, ..super::stop(model) });
     let mut list = Vec::new();
-    for (i, c) in island.constraints.iter().enumerate().take(island.sources.len()) {
+    for (i, c) in island.constraints.iter().enumerate() {
         let jac: Vec<Vec<f64>> = (0..c.cone.dim).map(|k| qvel_row(model, data, &island.split_row(i, k))).collect();
         // e₀ times the first component plus e₁ times the j-th.
         let edge = |j: usize, slope: f64, x: f64| Row {
