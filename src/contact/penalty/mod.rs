@@ -156,7 +156,7 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
     c.cone.mu[1..].copy_from_slice(&own.friction);
     c.cone.d[0] = 1.0 / (regularisation(d, inverse) * own.stiffening);
     c.bias[0] = -own.spring.acceleration(d, r, c.velocity[0]);
-    c.inverse[0] = inverse;
+    c.inverse = [inverse, 0.0, 0.0, 0.0];
     if c.cone.dim == 1 {
         return;
     }
