@@ -113,16 +113,16 @@ pub fn regularisation(d: f64, a: f64) -> f64 {
 
 /// Depth over which a contact switches on, m.
 ///
-///     explicit integrators: 0                implicit ones: w = 1e-3 g h²
+///     explicit integrators: 0                implicit ones: w = 0.1 g h²
 ///
 /// A contact's force jumps from nothing to all at touch. Where the force at the end of the step is asked for, there
 /// may be no such end: without the force the body is in contact, with it it is not. Then it ends at the touch, with
-/// part of the force. So that a solver finds this end, the force grows over a depth w, a thousandth of what gravity
-/// can do in one step.
+/// part of the force. So that a solver finds this end, the force grows over a depth w, a fifth of what gravity
+/// does in one step.
 ///
 /// In: `gravity` g, m/s².
 pub fn onset(implicit: bool, timestep: f64, gravity: f64) -> f64 {
-    if implicit { 1e-3 * gravity * timestep * timestep } else { 0.0 }
+    if implicit { 0.1 * gravity * timestep * timestep } else { 0.0 }
 }
 
 /// Share of its force that a contact at a depth (m) has, with w from [`onset`].

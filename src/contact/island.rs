@@ -82,6 +82,8 @@ pub struct Island {
     blocks: BlockCholesky,
     /// C J of one constraint.
     product: Vec<f64>,
+    /// J of one constraint over the dofs of its trees.
+    rows: [Vec<f64>; 2],
 }
 
 /// Unknowns of a tree of that many degrees of freedom.
@@ -245,10 +247,16 @@ impl Island {
     /// Adds `factor` Jᵀ F J to the island's matrix over its trees' dofs (row-major, no padding).
     ///
     /// In: `slopes` F of each constraint, dim × dim.
-    pub fn add_tangent(&self, model: &Model, data: &Data, factor: f64, slopes: &[[[f64; 6]; 6]], matrix: &mut [f64]) {
+    pub fn add_tangent(
+        &mut self,
+        model: &Model,
+        data: &Data,
+        factor: f64,
+        slopes: &[[[f64; 6]; 6]],
+        matrix: &mut [f64],
+    ) {
         let n = self.units.last().map_or(0, |u| u.first + u.dofs);
-        let mut rows = [Vec::new(), Vec::new()];
-        let mut product = Vec::new();
+        let (mut rows, mut product) = (std::mem::take(&mut self.rows), std::mem::take(&mut self.product));
         for ((c, parts), slope) in self.constraints.iter().zip(&self.parts).zip(slopes) {
             let dim = c.cone.dim;
             let parts = &parts.parts[..parts.count];
@@ -279,6 +287,7 @@ impl Island {
                 }
             }
         }
+        (self.rows, self.product) = (rows, product);
     }
 
     /// The first `dim` rows of a part over the tree's dofs, without padding.

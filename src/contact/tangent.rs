@@ -31,6 +31,8 @@ pub struct Tangent {
     /// Forces of an island's constraints, and their derivatives ∂f/∂(J v').
     forces: Vec<[f64; 6]>,
     slopes: Vec<[[f64; 6]; 6]>,
+    /// By how much the velocities of each constraint are shifted to differentiate.
+    shifts: Vec<f64>,
 }
 
 /// Forces of all constraints at the accelerations `a` (nv), each by its own formula, and what they do; beside it
@@ -76,8 +78,11 @@ pub fn constrain_at(model: &Model, method: &Method, state: &State, a: &[f64], da
 ///
 /// Reads:  state, kinematics, contacts, joint_rows.
 pub fn tangent(model: &Model, method: &Method, state: &State, a: &[f64], data: &mut Data, tangent: &mut Tangent) {
-    let Tangent { dofs, starts, trees, blocks, forces, slopes } = tangent;
-    (dofs.clear(), starts.clear(), trees.clear(), blocks.clear());
+    let Tangent { dofs, starts, trees, blocks, forces, slopes, shifts } = tangent;
+    dofs.clear();
+    starts.clear();
+    trees.clear();
+    blocks.clear();
     starts.push(0);
     let Some(mut scratch) = data.constraints.take() else { return };
     let Scratch { islands, island, own } = &mut *scratch;
@@ -100,7 +105,7 @@ pub fn tangent(model: &Model, method: &Method, state: &State, a: &[f64], data: &
         }
         assemble(&Task { model, method, state, data }, islands, group, island);
         island.take_rates(model, data, a);
-        differentiate(model, method, state, data, own, island, forces, slopes);
+        differentiate(model, method, state, data, own, island, forces, slopes, shifts);
         island.add_tangent(model, data, -method.timestep, slopes, &mut blocks[at..]);
     }
     data.constraints = Some(scratch);
@@ -127,6 +132,7 @@ fn differentiate(
     island: &mut Island,
     forces: &mut Vec<[f64; 6]>,
     slopes: &mut Vec<[[f64; 6]; 6]>,
+    shifts: &mut Vec<f64>,
 ) {
     let (law, h) = (method.contact, method.timestep);
     respond(law, &Task { model, method, state, data }, own, island);
@@ -135,25 +141,22 @@ fn differentiate(
     slopes.clear();
     slopes.resize(forces.len(), [[0.0; 6]; 6]);
     // Numbers, whatever their units: what is small beside them would drown in their rounding.
-    let shifts: Vec<f64> = island
-        .constraints
-        .iter()
-        .map(|c| {
-            let sum = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
-            LEAST_SHIFT + SHIFT * (sum(&c.velocity) + h * (sum(&c.rate) + sum(&c.bias)))
-        })
-        .collect();
+    let sum = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
+    shifts.clear();
+    shifts.extend(
+        island.constraints.iter().map(|c| LEAST_SHIFT + SHIFT * (sum(&c.velocity) + h * (sum(&c.rate) + sum(&c.bias)))),
+    );
     let widest = island.constraints.iter().map(|c| c.cone.dim).max().unwrap_or(0);
     for k in 0..widest {
         // Deeper, where a contact that has only just been touched pushes.
-        island.shift(data, k, h, -1.0, &shifts);
+        island.shift(data, k, h, -1.0, shifts);
         respond(law, &Task { model, method, state, data }, own, island);
         for (i, c) in island.constraints.iter().enumerate().filter(|(_, c)| k < c.cone.dim) {
             for row in 0..c.cone.dim {
                 slopes[i][row][k] = (forces[i][row] - c.force[row]) / shifts[i];
             }
         }
-        island.shift(data, k, h, 1.0, &shifts);
+        island.shift(data, k, h, 1.0, shifts);
     }
 }
 

@@ -58,7 +58,9 @@ const TOLERANCE: f64 = 1e-12;
 const GOOD_ENOUGH: f64 = 1e-5;
 /// Part of the velocity that counts like a change of it: its rounding must stay below the tolerance.
 const INERT: f64 = 1e-2;
-/// A shorter step is taken if the slope that is left along it is more than this share of that at its start.
+/// A step is taken if it leaves no more than this share of the residual.
+const LESS: f64 = 0.9;
+/// Otherwise a shorter one is taken if the slope that is left along it is more than this share of that at its start.
 const SHARE: f64 = 0.5;
 /// Shift for differences, relative to what smooth forces change of the velocity in a step.
 const SHIFT: f64 = 1e-5;
@@ -80,8 +82,8 @@ const LEAST_SHIFT: f64 = 1e-8;
 /// M g is the gradient of an incremental potential (kinetic energy of v' − v, plus the potential energy at the end of
 /// the step, plus h times what is dissipated), as far as forces have potentials. Friction and contacts that switch on
 /// make it bend, and a full Newton step may jump from one side of the bend to the other for ever. So each step d is
-/// shortened to where the slope dᵀ M g along it is nearly zero. In this measure metres and radians, heavy and light
-/// compare.
+/// shortened to where the slope dᵀ M g along it is nearly zero, unless the residual shrinks anyway: Coulomb friction,
+/// which follows the normal force, has no potential. In this measure metres and radians, heavy and light compare.
 ///
 /// Where no v' is found within [`MAX_EVALUATIONS`], since a force jumps, the step takes the forces at the last guess,
 /// those that the law finds for it: v ← v + h qacc(q ⊕ h v', v'). Such steps are counted.
@@ -103,7 +105,11 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     while size > TOLERANCE && newton.evaluations < MAX_EVALUATIONS {
         newton.direct(model, method, state, &mut trial, data, iterations % REFRESH == 0);
         iterations += 1;
-        let Some(next) = newton.search(model, method, state, &mut trial, data) else { break };
+        let Some(next) = newton.search(model, method, state, &mut trial, data) else {
+            // `data` shows what was tried last.
+            newton.evaluate(model, method, state, &mut trial, data, false);
+            break;
+        };
         let last = std::mem::replace(&mut size, next);
         // What rounding leaves of a stiff contact no further step removes.
         if last <= GOOD_ENOUGH && next > 0.1 * last {
@@ -176,6 +182,7 @@ impl Newton {
         data: &mut Data,
     ) -> Option<f64> {
         let slope = |newton: &Newton, data: &Data| product(model, data, &newton.step, &newton.residual);
+        let before = self.size(model, data);
         let mut first = slope(self, data);
         let downhill = first < 0.0;
         if !downhill {
@@ -191,10 +198,15 @@ impl Newton {
             self.shifted.clear();
             self.shifted.extend(self.v.iter().zip(&self.step).map(|(v, d)| v + share * d));
             self.evaluate(model, method, start, trial, data, true);
-            let now = slope(self, data);
-            if now <= SHARE * first.abs() && (now >= SHARE * first || high.is_infinite())
-                || self.evaluations >= MAX_EVALUATIONS
-            {
+            let (now, size) = (slope(self, data), self.size(model, data));
+            if size <= LESS * before {
+                break;
+            }
+            if self.evaluations >= MAX_EVALUATIONS {
+                // What was being tried may be far off.
+                return None;
+            }
+            if now <= SHARE * first.abs() && (now >= SHARE * first || high.is_infinite()) {
                 break;
             }
             if now < 0.0 {
