@@ -214,12 +214,12 @@ mod tests {
     }
 
     #[test]
-    fn bodies_that_share_a_load_in_turns_are_told() {
-        // Eighty contacts in one island: more than the penalty law solves at once.
+    fn bodies_that_share_a_load_press_as_in_mujoco() {
+        // Eighty contacts in one island, without friction at work: all normal forces are found together.
         let at = |i: usize| format!(r#"<body pos="{} 0 {}">"#, 0.001 * i as f64, 0.101 + 0.201 * i as f64);
         let body = |i| at(i) + r#"<freejoint/><geom type="box" size=".1 .1 .1" mass="1"/></body>"#;
         let reasons = why("penalty", &(0..20).map(body).collect::<String>());
-        assert!(reasons[0].starts_with("normal forces: 100 %"), "{reasons:?}");
+        assert!(reasons.is_empty(), "{reasons:?}");
     }
 
     #[test]
