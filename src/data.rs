@@ -86,6 +86,8 @@ pub struct Data {
     pub solver: Outcome,
     /// Steps so far whose equation an implicit integrator could not solve.
     pub unsolved: usize,
+    /// Steps so far whose contact forces were left with a residual that counts.
+    pub unconverged: usize,
 
     /// What the contact laws share, and what integrators keep.
     pub constraints: Option<Box<contact::Scratch>>,
@@ -298,6 +300,7 @@ impl Data {
             counts: Counts::default(),
             solver: Outcome::default(),
             unsolved: 0,
+            unconverged: 0,
             constraints: Some(Box::new(contact::Scratch::new(model, contacts, joints))),
             scratch: Scratchpad::default(),
         };

@@ -182,14 +182,22 @@ pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch]) -> Op
     joints.chain(pairs).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// Said after a run in which `implicit-euler` could not solve every step's equation; empty otherwise.
+/// Said after a run in which some step's equations were not solved; empty otherwise.
 pub fn unsolved(data: &Data, steps: usize) -> String {
-    match data.unsolved {
-        0 => String::new(),
-        n => format!(
+    let mut text = String::new();
+    if data.unsolved > 0 {
+        let n = data.unsolved;
+        text += &format!(
             "  in {n} of {steps} steps no end of the step fitted its forces: those of the nearest guess acted\n"
-        ),
+        );
     }
+    if data.unconverged > 0 {
+        let n = data.unconverged;
+        text += &format!(
+            "  in {n} of {steps} steps the contact forces did not converge: --rounds allows more Newton steps\n"
+        );
+    }
+    text
 }
 
 /// One column a law: what it makes of the pair's numbers.

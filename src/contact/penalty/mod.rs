@@ -241,7 +241,10 @@ impl Solve for Settle {
         if outcome.residual > TOLERANCE {
             outcome.residual = residual(space, v, constraints);
         }
-        v.a.as_mut().copy_from_slice(v.mp.as_ref());
+        if outcome.residual <= TOLERANCE {
+            v.a.as_mut().copy_from_slice(v.mp.as_ref());
+        }
+        // Otherwise Newton's last a stays: it has only come nearer, whereas stiff forces found there may be far too large.
         outcome
     }
 }
