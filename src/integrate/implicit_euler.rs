@@ -104,6 +104,9 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let mut iterations = 0;
     while size > TOLERANCE && newton.evaluations < MAX_EVALUATIONS {
         newton.direct(model, method, state, &mut trial, data, iterations % REFRESH == 0);
+        if iterations == 0 {
+            newton.measure_step(model, data);
+        }
         iterations += 1;
         let Some(next) = newton.search(model, method, state, &mut trial, data) else {
             // `data` shows what was tried last.
@@ -111,7 +114,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
             break;
         };
         let last = std::mem::replace(&mut size, next);
-        // What rounding leaves of a stiff contact no further step removes.
+        // It no longer converges: rounding.
         if last <= GOOD_ENOUGH && next > 0.1 * last {
             break;
         }
@@ -191,7 +194,8 @@ impl Newton {
             first = slope(self, data);
         }
         // The slope is negative at `low` and positive at `high`.
-        let ((mut low, mut at_low), (mut high, mut at_high)) = ((0.0, first), (f64::INFINITY, 0.0));
+        let (mut low, mut high, mut higher) = ((0.0, first), (f64::INFINITY, 0.0), (f64::INFINITY, 0.0));
+        let zero = |a: (f64, f64), b: (f64, f64)| a.0 - a.1 * (b.0 - a.0) / (b.1 - a.1);
         let mut share = 1.0;
         let mut i = 0;
         loop {
@@ -202,21 +206,29 @@ impl Newton {
             if size <= LESS * before {
                 break;
             }
-            if self.evaluations >= MAX_EVALUATIONS {
-                // What was being tried may be far off.
+            // What was being tried may be far off; and what rounding leaves of a stiff contact no shorter step removes.
+            if self.evaluations >= MAX_EVALUATIONS || before <= GOOD_ENOUGH {
                 return None;
             }
-            if now <= SHARE * first.abs() && (now >= SHARE * first || high.is_infinite()) {
+            if now <= SHARE * first.abs() && (now >= SHARE * first || high.0.is_infinite()) {
                 break;
             }
             if now < 0.0 {
-                (low, at_low) = (share, now)
+                low = (share, now);
             } else {
-                (high, at_high) = (share, now)
+                (higher, high) = (high, (share, now));
             }
-            // By turns where a straight line through both would end, and half way.
-            share = if i % 2 == 0 { low - at_low * (high - low) / (at_high - at_low) } else { 0.5 * (low + high) };
-            if !(share > low && share < high) || high - low < 1e-15 {
+            // By turns: where a straight line through both would end, half way, and where one through the last two beyond
+            // the zero would, which finds it beside the kink of a contact that hardly gives way.
+            share = match i % 3 {
+                0 => zero(low, high),
+                2 if higher.0.is_finite() => zero(high, higher),
+                _ => 0.5 * (low.0 + high.0),
+            };
+            if !(share > low.0 && share < high.0) {
+                share = 0.5 * (low.0 + high.0);
+            }
+            if !(share > low.0 && share < high.0) || high.0 - low.0 < 1e-15 {
                 break;
             }
             i += 1;
@@ -239,8 +251,7 @@ impl Newton {
             let dofs = tree.dofs.clone();
             let speed = norm(t, &start.qvel[dofs.clone()]);
             let smooth = h * norm(t, &data.qacc_smooth[dofs.clone()]);
-            // Contact forces count little: at a first guess that does not give way they are many times too large.
-            scales.push(INERT * (speed + h * norm(t, &data.qacc[dofs.clone()])) + smooth);
+            scales.push(INERT * speed + smooth);
             for i in 0..dofs.len() {
                 shifts[dofs.start + i] = (SHIFT * smooth + LEAST_SHIFT * speed) / own_inertia(model, data, t, i).sqrt();
             }
@@ -254,6 +265,15 @@ impl Newton {
                     shifts[d] = LEAST_SHIFT * scales[t] / own_inertia(model, data, t, i).sqrt();
                 }
             }
+        }
+    }
+
+    /// Lets what the first Newton step changes count like velocity: contact forces at the first guess, which does not give
+    /// way, are many times too large to be a measure.
+    fn measure_step(&mut self, model: &Model, data: &Data) {
+        for ((t, tree), scale) in model.trees.iter().enumerate().zip(&mut self.scales) {
+            let step = &self.step[tree.dofs.clone()];
+            *scale += INERT * product_of_tree(model, data, t, step, step).sqrt();
         }
     }
 

@@ -26,6 +26,8 @@ pub struct Coefficients {
     margin: f64,
     /// Depth over which it switches on, m.
     onset: f64,
+    /// Whether forces are asked for at the end of a step.
+    implicit: bool,
 }
 
 impl Coefficients {
@@ -76,6 +78,7 @@ impl Coefficients {
             damping: reference(friction).damping,
             margin: mix.margin,
             onset,
+            implicit: task.method.integrator.implicit,
         }
     }
 
@@ -89,7 +92,9 @@ impl Coefficients {
         let v = &c.velocity;
         let r = dist - self.margin;
         let d = impedance::impedance(&self.solimp, r);
-        let stiff = 1.0 / (impedance::regularisation(d, inverse * self.slant) * self.softening);
+        let inverse = inverse * self.slant;
+        let least = impedance::least_regularisation(self.implicit, inverse);
+        let stiff = 1.0 / (impedance::regularisation(d, inverse) * self.softening).max(least);
         c.cone.kind = self.kind;
         c.cone.mu = self.mu;
         c.cone.d[0] = stiff;

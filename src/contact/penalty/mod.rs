@@ -48,7 +48,7 @@ pub mod steady;
 
 use super::cost::{GROUPS, Kind};
 use super::describe::{self, Creep, Description, Unlike};
-use super::impedance::{PerMix, Reference, clamp, impedance, regularisation, share};
+use super::impedance::{PerMix, Reference, clamp, impedance, least_regularisation, regularisation, share};
 use super::island::{Island, Solve, Source};
 use super::mujoco::coefficients::inverse_mass;
 use super::newton::{self, Constraint, Into, Outcome, Space, Vectors};
@@ -155,15 +155,22 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
     } else {
         inverse_mass(model, contact)
     };
+    let [smooth, ..] = if own.onset > own.margin - contact.dist { island.smooth_accelerations(i) } else { [0.0; 6] };
     let c = &mut island.constraints[i];
     let r = contact.dist - own.margin;
-    let d = impedance(&own.solimp, r) * share(-r, own.onset);
+    let d = impedance(&own.solimp, r);
     c.force = contact.force;
     c.cone.kind = Kind::Coulomb;
     c.cone.mu[1..].copy_from_slice(&own.friction);
-    c.cone.d[0] = 1.0 / (regularisation(d, inverse) * own.stiffening);
+    let least = least_regularisation(method.integrator.implicit, inverse);
+    c.cone.d[0] = 1.0 / (regularisation(d, inverse) * own.stiffening).max(least);
     c.bias[0] = -own.spring.acceleration(d, r, c.velocity[0]);
     c.inverse = [inverse, 0.0, 0.0, 0.0];
+    if own.onset > -r {
+        // A share of the force: of the change that it causes.
+        let share = share(-r, own.onset);
+        c.bias[0] = share * c.bias[0] - (1.0 - share) * smooth;
+    }
     if c.cone.dim == 1 {
         return;
     }
