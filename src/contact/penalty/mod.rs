@@ -248,10 +248,8 @@ impl Solve for Settle {
         if outcome.residual > TOLERANCE {
             outcome.residual = residual(space, v, constraints);
         }
-        if outcome.residual <= TOLERANCE {
-            v.a.as_mut().copy_from_slice(v.mp.as_ref());
-        }
-        // Otherwise Newton's last a stays: it has only come nearer, whereas stiff forces found there may be far too large.
+        // Accelerations are always those that the forces cause, converged or not.
+        v.a.as_mut().copy_from_slice(v.mp.as_ref());
         outcome
     }
 }
