@@ -254,8 +254,8 @@ pub fn refresh<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mu
 pub fn iterate<S: Space>(space: &mut S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint]) -> Option<bool> {
     let energy = dot(v.pull.as_ref(), v.a.as_ref()) - dot(v.pull.as_ref(), v.smooth.as_ref());
     space.newton(constraints, &v.gradient, &mut v.p);
-    let promise = -dot(v.gradient.as_ref(), v.p.as_ref());
-    if promise.is_nan() || promise <= 0.0 {
+    let decrement = -dot(v.gradient.as_ref(), v.p.as_ref());
+    if decrement.is_nan() || decrement <= 0.0 {
         return None;
     }
     for (a, p) in v.a.as_mut().iter_mut().zip(v.p.as_ref()) {
@@ -264,9 +264,9 @@ pub fn iterate<S: Space>(space: &mut S, v: &mut Vectors<S::Vector>, constraints:
     space.multiply_j(&v.p, Into::Y, constraints);
     let point = evaluate_further(1.0, constraints);
     let mut same = point.same;
-    let tiny = promise <= TINY * energy;
+    let tiny = decrement <= TINY * energy;
     if !(tiny || point.same && point.quadratic)
-        && let Some(back) = take_back(space, v, constraints, promise)
+        && let Some(back) = line_search(space, v, constraints, decrement)
     {
         same &= evaluate_further(back, constraints).same;
     }
@@ -275,8 +275,8 @@ pub fn iterate<S: Space>(space: &mut S, v: &mut Vectors<S::Vector>, constraints:
     Some(same || tiny)
 }
 
-/// Part of (a − a₀)ᵀ M (a − a₀) below which a promised improvement is taken without looking along the line: the slopes
-/// there would be rounding.
+/// Part of (a − a₀)ᵀ M (a − a₀) below which the Newton decrement is so small that a step is taken in full: slopes along it
+/// would be rounding.
 const TINY: f64 = 1e-20;
 
 /// Newton's method from `v.a`, where `constraints`, `v.pull` and `v.gradient` have been evaluated.
@@ -293,11 +293,11 @@ fn descend<S: Space>(
     while iterations < stop.iterations && !(norm < stop.tolerance || norm == 0.0) {
         space.newton(constraints, &v.gradient, &mut v.p);
         iterations += 1;
-        // gᵀ H⁻¹ g: twice the improvement that the step promises. Below zero, or small and no longer shrinking on the
-        // same pieces of the cost, it is rounding.
-        let promise = -dot(v.gradient.as_ref(), v.p.as_ref());
-        let stuck = same && promise > 0.25 * last && scale * promise < ROUNDING;
-        if promise.is_nan() || promise <= 0.0 || (exact && stuck) {
+        // gᵀ H⁻¹ g, twice the improvement that a quadratic would give. Below zero, or small and no longer shrinking on
+        // the same pieces of the cost, it is rounding.
+        let decrement = -dot(v.gradient.as_ref(), v.p.as_ref());
+        let stuck = same && decrement > 0.25 * last && scale * decrement < ROUNDING;
+        if decrement.is_nan() || decrement <= 0.0 || (exact && stuck) {
             break;
         }
         // Most steps can be taken in full.
@@ -307,7 +307,7 @@ fn descend<S: Space>(
         space.multiply_j(&v.p, Into::Y, constraints);
         let mut point = evaluate_further(1.0, constraints);
         if !(point.same && point.quadratic)
-            && let Some(back) = take_back(space, v, constraints, promise)
+            && let Some(back) = line_search(space, v, constraints, decrement)
         {
             point = Point { same: false, ..evaluate_further(back, constraints) };
         }
@@ -315,11 +315,11 @@ fn descend<S: Space>(
         norm = scale * gradient(space, v, constraints);
         // A full step that stays on quadratic pieces ends at the minimum; to rounding, if the step before did too.
         let arrived = point.same && point.quadratic;
-        if (arrived && (same || !exact)) || 0.5 * scale * promise < stop.tolerance {
+        if (arrived && (same || !exact)) || 0.5 * scale * decrement < stop.tolerance {
             break;
         }
         same = point.same;
-        last = promise;
+        last = decrement;
     }
     Outcome { iterations, residual: norm }
 }
@@ -331,9 +331,14 @@ fn descend<S: Space>(
 /// φ' only grows, so Newton's method within a bracket finds its zero. One percent of φ'(0) is near enough: the
 /// outer iteration does the rest.
 ///
-/// In:  `v.a`, `constraints` after the full step, `v.pull` before it; `promise` = −φ'(0).
+/// In:  `v.a`, `constraints` after the full step, `v.pull` before it; `decrement` = −φ'(0).
 /// Out: α − 1, by which `v.a` has been moved along p; `None` if the full step was right after all.
-fn take_back<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Constraint], promise: f64) -> Option<f64> {
+fn line_search<S: Space>(
+    space: &S,
+    v: &mut Vectors<S::Vector>,
+    constraints: &[Constraint],
+    decrement: f64,
+) -> Option<f64> {
     space.multiply_m(&v.p, &mut v.mp);
     let linear = dot(v.p.as_ref(), v.pull.as_ref());
     let square = dot(v.p.as_ref(), v.mp.as_ref());
@@ -350,7 +355,7 @@ fn take_back<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &[Con
     let (mut low, mut high, mut alpha) = (0.0, f64::INFINITY, 1.0);
     for _ in 0..MAX_LINE_SEARCH {
         let (first, second) = slope(alpha);
-        if first.abs() <= LINE_SEARCH_TOLERANCE * promise {
+        if first.abs() <= LINE_SEARCH_TOLERANCE * decrement {
             break;
         }
         if first < 0.0 {
