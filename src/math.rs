@@ -142,7 +142,7 @@ impl Sym3 {
     }
 }
 
-/// Inertia about o of a point mass `m` at `c` from o: −m [c]² = m (c² 1 − c cᵀ).
+/// Inertia about o of a point mass `m` at `c` from o: −m c×² = m (c² 1 − c cᵀ).
 #[inline]
 pub fn point_mass(m: f64, c: &Vec3) -> Sym3 {
     let h = m * c;

@@ -3,7 +3,7 @@
 //!     a = argmin ½ (a − a₀)ᵀ M (a − a₀) + Σ s(J a − a_ref)
 //!
 //! [`coefficients`] says what each constraint asks for, [`cost`](super::cost) what it costs to deny it,
-//! [`newton`](super::newton) finds the accelerations that cost least.
+//! [`newton`] finds the accelerations that cost least.
 //!
 //! With `tolerance` 0 accelerations and the forces of each contact are MuJoCo's to rounding.
 //!
