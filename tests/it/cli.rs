@@ -371,7 +371,7 @@ fn compare_measures_the_difference_from_mujoco() {
     let text = says(&["compare", "models/pendulum.xml", "--contact", "penalty"], 0);
     assert_has(&text, &["Largest |qpos difference|", "penalty", "never", "MuJoCo"]);
     let text = says(&["compare", "models/disk.xml", "--qvel", "2 0 0 0 10 0", "--steps", "1000"], 0);
-    assert_has(&text, &["Why", "penalty: friction:", "disk", "mujoco: no difference", "tutorial: its own law"]);
+    assert_has(&text, &["Why", "penalty: friction:", "disk", "mujoco: no difference", "tutorial has its own law"]);
     assert_has(&text, &["tolerance 1e-8: solver tolerance"]);
     let text = says(&["compare", "models/box.xml", "--integrator", "explicit-euler", "--steps", "10"], 0);
     assert_has(&text, &["integrator: MuJoCo has no explicit-euler and runs Euler"]);
