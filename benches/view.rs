@@ -1,17 +1,18 @@
 //! How fast the view is: `cargo bench --bench view`, or a part of it: `cargo bench --bench view picture`.
 //!
 //! Of every time the best of many tries is printed beside the median: what else runs on the machine can only make it
-//! longer. On Linux the time of a single thread is its time on a processor, without the time that others took. The last part opens the real window under Xvfb with software GL, as `tests/window.sh` does, and is left out
-//! where Xvfb or xdotool is not installed.
+//! longer. On Linux the time of a single thread is its time on a processor, without the time that others took. The last
+//! part opens the real window under Xvfb with software GL, as `tests/window.sh` does; it needs `--features play`, and is
+//! left out where Xvfb or xdotool is not installed.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use penny::view::open;
-use penny::view::paint::{Image, Painter};
-use penny::view::stage::{Held, Stage};
+use penny_view::open;
+use penny_view::paint::{Image, Painter};
+use penny_view::stage::{Held, Stage};
 
 /// Ten bodies that fall on one another, with timestep 0.001.
 fn ten_bodies() -> String {
@@ -116,6 +117,9 @@ fn cpu_time(process: u32) -> Option<f64> {
 
 fn window(name: &str, path: &Path) {
     println!("{name}: the window at 1280×720 with two live plots, Xvfb and software GL, 10 s");
+    if !cfg!(feature = "play") {
+        return println!("  left out: this is a build without the window (`--features play`)");
+    }
     let Some((_server, display)) = display() else {
         return println!("  left out: Xvfb is not installed");
     };
@@ -147,7 +151,7 @@ fn window(name: &str, path: &Path) {
 fn main() {
     let chosen: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let wanted = |part: &str| chosen.is_empty() || chosen.iter().any(|c| c == part);
-    let goal = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/goal.xml");
+    let goal = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/goal.xml");
     let ten: PathBuf = std::env::temp_dir().join(format!("penny-ten-bodies-{}.xml", std::process::id()));
     std::fs::write(&ten, ten_bodies()).expect("writable");
     let scenes = [("goal.xml", &goal), ("ten bodies", &ten)];

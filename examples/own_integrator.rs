@@ -19,7 +19,7 @@ use penny::contact;
 use penny::data::Data;
 use penny::forward::{Method, step};
 use penny::state::State;
-use penny::sweep::theory;
+use penny_lab::sweep::theory;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let spring = r#"<mujoco><option gravity="0 0 0"/><worldbody><body>

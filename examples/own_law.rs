@@ -18,10 +18,10 @@ mod hunt_crossley;
 
 use penny::contact::Law;
 use penny::data::Data;
-use penny::explain;
 use penny::forward::{Method, step};
 use penny::integrate;
 use penny::state::State;
+use penny_lab::explain;
 
 /// The same law, from a record that says nothing of itself.
 static SILENT: Law = Law { name: "silent", describe: penny::contact::describe::nothing, ..hunt_crossley::LAW };

@@ -4,8 +4,8 @@
 //!     cargo run --release --example validate
 
 use penny::contact;
-use penny::plot::number;
-use penny::sweep::validation::{Ready, Record};
+use penny_lab::plot::number;
+use penny_lab::sweep::validation::{Ready, Record};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let records: Vec<Record> = serde_json::from_str(include_str!("../tests/golden/validation.json"))?;

@@ -57,6 +57,6 @@ pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
     data.counts.forwards += 1;
     dynamics::kinematics(model, &state.qpos, data);
     collision::detect(model, data);
-    dynamics::smooth(model, method, state, data);
+    dynamics::smooth(model, state, data);
     contact::constrain(model, method, state, data);
 }

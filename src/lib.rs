@@ -3,40 +3,19 @@
 //!     MJCF text ─ mjcf → Document (spans) → Spec (typed, defaults merged) ─ compile → Model (SI, immutable)
 //!     step(&Model, &Method, &mut State, &mut Data):  detect → smooth dynamics → contact law → integrate
 
-/// As the standard library's, but does not panic where standard error is closed or full: nobody is left to be told.
-macro_rules! eprint {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = write!(std::io::stderr(), $($text)*);
-    }};
-}
-
-/// As [`eprint`], with the end of the line.
-macro_rules! eprintln {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($text)*);
-    }};
-}
-
-pub mod cli;
 pub mod collision;
 pub mod compile;
 pub mod contact;
 pub mod data;
 pub mod diverged;
 pub mod dynamics;
-pub mod explain;
 pub mod forward;
 pub mod integrate;
+pub mod kind;
 pub mod math;
 pub mod mjcf;
 pub mod model;
-pub mod plot;
-pub mod record;
 pub mod state;
-pub mod sweep;
-pub mod view;
 
 use std::path::Path;
 

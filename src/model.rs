@@ -7,8 +7,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::collision::{Collider, collider};
 use crate::math::{Mat3, Quat, Vec3};
+
+pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind};
 
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -57,12 +58,6 @@ pub struct Options {
     pub flags: Flags,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cone {
-    Pyramidal,
-    Elliptic,
-}
-
 /// `<flag>`: true means enabled.
 #[derive(Clone, Debug)]
 pub struct Flags {
@@ -108,45 +103,6 @@ pub struct Body {
     pub invweight0: [f64; 2],
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum JointKind {
-    Free,
-    Ball,
-    Slide,
-    Hinge,
-}
-
-impl JointKind {
-    /// The MJCF keyword.
-    pub fn name(self) -> &'static str {
-        match self {
-            JointKind::Free => "free",
-            JointKind::Ball => "ball",
-            JointKind::Slide => "slide",
-            JointKind::Hinge => "hinge",
-        }
-    }
-}
-
-impl JointKind {
-    /// Numbers of this joint in `qpos`.
-    pub fn nq(self) -> usize {
-        match self {
-            JointKind::Free => 7,
-            JointKind::Ball => 4,
-            JointKind::Slide | JointKind::Hinge => 1,
-        }
-    }
-    /// Degrees of freedom: numbers of this joint in `qvel`.
-    pub fn nv(self) -> usize {
-        match self {
-            JointKind::Free => 6,
-            JointKind::Ball => 3,
-            JointKind::Slide | JointKind::Hinge => 1,
-        }
-    }
-}
-
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub name: String,
@@ -182,31 +138,6 @@ pub struct Dof {
     pub frictionloss: f64,
     /// Diagonal of M⁻¹ at `qpos0` (for free and ball joints the mean of each block of three).
     pub invweight0: f64,
-}
-
-/// In MuJoCo's order: in a contact the geom of lower kind comes first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum GeomKind {
-    Plane,
-    Sphere,
-    Capsule,
-    Ellipsoid,
-    Cylinder,
-    Box,
-}
-
-impl GeomKind {
-    /// The MJCF keyword.
-    pub fn name(self) -> &'static str {
-        match self {
-            GeomKind::Plane => "plane",
-            GeomKind::Sphere => "sphere",
-            GeomKind::Capsule => "capsule",
-            GeomKind::Ellipsoid => "ellipsoid",
-            GeomKind::Cylinder => "cylinder",
-            GeomKind::Box => "box",
-        }
-    }
 }
 
 #[derive(Clone, Debug)]
@@ -282,7 +213,8 @@ pub struct Pairs {
 pub struct Pair {
     /// Lower geom kind first.
     pub geom: [usize; 2],
-    pub collider: Collider,
+    /// Which collider serves them follows from these: `collision::collider`.
+    pub kind: [GeomKind; 2],
     pub mix: usize,
     pub bound: Bound,
     /// Given by `<contact><pair>`.
@@ -301,7 +233,7 @@ pub enum Bound {
 }
 
 impl Pair {
-    /// The pair of two geoms, in contact order; none if there is no collider for them.
+    /// The pair of two geoms, in contact order; none of two planes, which never move.
     pub fn new(geoms: &[Geom], [g1, g2]: [usize; 2], index: usize, mix: &Mix) -> Option<Pair> {
         use GeomKind::{Plane, Sphere};
         let key = |g: usize| (geoms[g].kind, g);
@@ -309,11 +241,12 @@ impl Pair {
         let [a, b] = geom.map(|g| &geoms[g]);
         let reach = a.rbound + b.rbound + mix.margin + mix.gap;
         let bound = match (a.kind, b.kind) {
+            (Plane, Plane) => return None,
             (Plane, Sphere) => Bound::None,
             (Plane, _) => Bound::Height(reach),
             _ => Bound::Distance2(reach * reach),
         };
-        Some(Pair { geom, collider: collider(a.kind, b.kind)?, mix: index, bound, explicit: false })
+        Some(Pair { geom, kind: [a.kind, b.kind], mix: index, bound, explicit: false })
     }
 }
 
@@ -331,14 +264,6 @@ pub struct Mix {
     /// A contact is found when dist ≤ margin + gap, and pushes when dist < margin. m.
     pub margin: f64,
     pub gap: f64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ActuatorKind {
-    Motor,
-    Position,
-    Velocity,
-    General,
 }
 
 /// A force on one joint: force = gain · ctrl + bias · (1, length, velocity), times gear.

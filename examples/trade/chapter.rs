@@ -7,14 +7,14 @@ use penny::dynamics::energy;
 use penny::forward::{Method, step};
 use penny::integrate::{self, Integrator};
 use penny::model::Model;
-use penny::plot::palette::{CLASSES, CURVES, DASHES, GREY, INK, MARKERS, Marker, PAPER};
-use penny::plot::{Axis, Cells, Figure, Layer, Line, Panel, number};
 use penny::state::State;
-use penny::sweep::map::{self, Class, Setting};
-use penny::sweep::reference::converged;
-use penny::sweep::trajectory::{self, distance};
-use penny::sweep::validation::Record;
-use penny::sweep::{Case, formulas, grid, theory};
+use penny_lab::plot::palette::{CLASSES, CURVES, DASHES, GREY, INK, MARKERS, Marker, PAPER};
+use penny_lab::plot::{Axis, Cells, Figure, Layer, Line, Panel, number};
+use penny_lab::sweep::map::{self, Class, Setting};
+use penny_lab::sweep::reference::converged;
+use penny_lab::sweep::trajectory::{self, distance};
+use penny_lab::sweep::validation::Record;
+use penny_lab::sweep::{Case, formulas, grid, theory};
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 

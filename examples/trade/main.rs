@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(docs.join("trade"))?;
     let chapter = chapter::write()?;
     for (name, figure) in &chapter.figures {
-        penny::plot::save(figure, &docs.join("trade").join(name))?;
+        penny_lab::plot::save(figure, &docs.join("trade").join(name))?;
     }
     std::fs::write(docs.join("trade.md"), chapter.text)?;
     Ok(())

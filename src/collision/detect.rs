@@ -1,25 +1,11 @@
 //! The contacts of a step: a cheap test for every pair that can touch, its collider if they are near.
 
-use super::sweep::Sweep;
-use super::{Hit, Hits, MAX_HITS, Placed, frame};
+use super::{Hit, Hits, Placed, collider, frame};
 use crate::data::{Contact, Data};
 use crate::math::{Mat3, Vec3};
 use crate::model::{Bound, GeomKind, Model, Pair};
 
-/// What the search for contacts keeps between steps.
-#[derive(Clone, Debug, Default)]
-pub struct Scratch {
-    hits: Hits,
-    sweep: Sweep,
-}
-
-/// How many contacts to have room for: all that the listed pairs can have, and for each geom of the broad phase as
-/// many as it has in a heap.
-pub fn room(model: &Model) -> usize {
-    let sphere = |g: &usize| model.geoms[*g].kind == GeomKind::Sphere;
-    let most = |pair: &Pair| if pair.geom.iter().any(sphere) { 1 } else { MAX_HITS };
-    model.pairs.listed.iter().map(most).sum::<usize>() + MAX_HITS * model.pairs.swept.len()
-}
+pub use super::{Scratch, room};
 
 /// Finds all contacts, in MuJoCo's order: by body pair, then by geom pair.
 ///
@@ -51,13 +37,14 @@ fn apart(pair: &Pair, xpos: &[Vec3], xmat: &[Mat3]) -> bool {
 }
 
 fn collide(model: &Model, pair: &Pair, xpos: &[Vec3], xmat: &[Mat3], hits: &mut Hits, contacts: &mut Vec<Contact>) {
+    let Some(touch) = collider(pair.kind[0], pair.kind[1]) else { return };
     let [a, b] = pair.geom.map(|g| Placed { size: &model.geoms[g].size, pos: &xpos[g], mat: &xmat[g] });
     let mix = &model.mixes[pair.mix];
     hits.clear();
-    (pair.collider)(&a, &b, mix.margin + mix.gap, hits);
+    touch(&a, &b, mix.margin + mix.gap, hits);
     let body = pair.geom.map(|g| model.bodies[model.geoms[g].body].weld as u32);
     let geom = pair.geom.map(|g| g as u32);
-    let flat = model.geoms[pair.geom[0]].kind == GeomKind::Plane;
+    let flat = pair.kind[0] == GeomKind::Plane;
     let (mut last, mut axes) = (None, Mat3::zeros());
     contacts.extend(hits.as_slice().iter().map(|hit| {
         // Points of one plane share their frame.

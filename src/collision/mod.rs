@@ -15,9 +15,25 @@ mod sphere;
 pub mod sweep;
 
 use crate::math::{MIN_VAL, Mat3, Vec3};
-use crate::model::GeomKind;
+use crate::model::{GeomKind, Model, Pair};
+use sweep::Sweep;
 
 pub use detect::detect;
+
+/// What the search for contacts keeps between steps.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    hits: Hits,
+    sweep: Sweep,
+}
+
+/// How many contacts to have room for: all that the listed pairs can have, and for each geom of the broad phase as
+/// many as it has in a heap.
+pub fn room(model: &Model) -> usize {
+    let sphere = |g: &usize| model.geoms[*g].kind == GeomKind::Sphere;
+    let most = |pair: &Pair| if pair.geom.iter().any(sphere) { 1 } else { MAX_HITS };
+    model.pairs.listed.iter().map(most).sum::<usize>() + MAX_HITS * model.pairs.swept.len()
+}
 
 /// A shape where it is: size as in [`crate::model::Geom`], centre and axes in the world.
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +105,23 @@ pub type Collider = fn(a: &Placed, b: &Placed, margin: f64, out: &mut Hits);
 
 /// The collider for two kinds, the lower kind first; `None` if Penny has none.
 pub fn collider(a: GeomKind, b: GeomKind) -> Option<Collider> {
+    COLLIDERS[a as usize][b as usize]
+}
+
+/// By the kinds, in their order: looked up for each pair that is near, in every step.
+static COLLIDERS: [[Option<Collider>; 6]; 6] = {
+    use GeomKind::*;
+    let kinds = [Plane, Sphere, Capsule, Ellipsoid, Cylinder, Box];
+    let mut table = [[None; 6]; 6];
+    let mut i = 0;
+    while i < 36 {
+        table[i / 6][i % 6] = serving(kinds[i / 6], kinds[i % 6]);
+        i += 1;
+    }
+    table
+};
+
+const fn serving(a: GeomKind, b: GeomKind) -> Option<Collider> {
     use GeomKind::*;
     Some(match (a, b) {
         (Plane, Sphere) => plane::plane_sphere,

@@ -15,9 +15,8 @@ use std::collections::BTreeMap;
 
 use crate::contact;
 use crate::integrate;
-use crate::mjcf::{Document, NodeId, Problem, ProblemKind, Span, Spec, spec};
+use crate::mjcf::{Document, NodeId, PENNY_TRUTHS, Problem, ProblemKind, Span, Spec, spec};
 use crate::model::{Flags, Model, Options, TutorialParams};
-use crate::sweep::truth;
 
 /// Compiles a checked scene.
 ///
@@ -191,12 +190,11 @@ fn check_settings(spec: &Spec, log: &mut Log) {
         log.value_error(node, "integrator", kind, format!("the integrators are {}", known.join(", ")));
     }
     let laws: Vec<&str> = contact::ALL.iter().map(|law| law.name).collect();
-    let truths: Vec<&str> = truth::ALL.iter().map(|truth| truth.name).collect();
     for text in &spec.texts {
         let name = text.data.clone();
         let (known, kind, all) = match text.name.as_str() {
-            "penny.contact" => (&laws, ProblemKind::UnknownLaw { name }, "the laws are"),
-            "penny.truth" => (&truths, ProblemKind::UnknownTruth { name }, "the closed forms are"),
+            "penny.contact" => (&laws[..], ProblemKind::UnknownLaw { name }, "the laws are"),
+            "penny.truth" => (PENNY_TRUTHS, ProblemKind::UnknownTruth { name }, "the closed forms are"),
             _ => continue,
         };
         if !known.contains(&text.data.as_str()) {

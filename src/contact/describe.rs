@@ -1,8 +1,8 @@
 //! What a law makes of one contact, in SI units: for people (`penny explain`, `run`, `compare`) and for theory. No step
 //! reads it.
 //!
-//! A law says what it can say in closed form; what it leaves out is measured where that is possible
-//! ([`crate::explain`]), and said to be measured.
+//! A law says what it can say in closed form; what it leaves out is measured where that is possible (`explain` in
+//! `crates/lab`), and said to be measured.
 
 use super::constants::{self, Carried, Spring};
 use crate::dynamics;

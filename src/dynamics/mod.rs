@@ -20,7 +20,6 @@ pub mod spatial;
 use std::ops::Range;
 
 use crate::data::Data;
-use crate::forward::Method;
 use crate::math::{Vec3, Vec6};
 use crate::model::{Model, Tree};
 use crate::state::State;
@@ -64,7 +63,7 @@ pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
 ///
 /// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth and, as if nothing else pushed,
 ///         qacc; vel and acc of the movers; for trees that are not free bodies also qm, qld, qfrc_bias, qfrc_smooth.
-pub fn smooth(model: &Model, _method: &Method, state: &State, data: &mut Data) {
+pub fn smooth(model: &Model, state: &State, data: &mut Data) {
     passive::passive(model, &state.qpos, &state.qvel, data);
     actuation::actuate(model, state, data);
     let pushed = !model.actuators.is_empty() || !state.xfrc_applied.is_empty();

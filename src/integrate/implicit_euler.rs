@@ -167,7 +167,7 @@ impl Newton {
         a.extend(v.iter().zip(&start.qvel).map(|(v, before)| (v - before) / h));
         dynamics::kinematics(model, &trial.qpos, data);
         collision::detect(model, data);
-        dynamics::smooth(model, method, trial, data);
+        dynamics::smooth(model, trial, data);
         tangent::constrain_at(model, method, trial, a, data);
         residual.clear();
         residual.extend((0..v.len()).map(|i| v[i] - start.qvel[i] - h * data.qacc[i]));
@@ -381,7 +381,7 @@ impl Newton {
             }
             displace_from(model, start, shifted, h, trial);
             dynamics::kinematics(model, &trial.qpos, data);
-            dynamics::smooth(model, method, trial, data);
+            dynamics::smooth(model, trial, data);
             let mut at = 0;
             for tree in &model.trees {
                 let (size, dofs) = (tree.dofs.len(), tree.dofs.clone());

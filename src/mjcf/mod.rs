@@ -27,6 +27,7 @@ use std::path::Path;
 
 pub use document::{Document, NodeId, Span};
 pub use error::{Problem, ProblemKind, Severity};
+pub use read::PENNY_TRUTHS;
 pub use render::render;
 pub use spec::Spec;
 pub use suggest::nearest;

@@ -291,6 +291,43 @@ const MAX_NUMERIC: usize = 1_000_000;
 pub const PENNY_NUMERICS: &[&str] = &["penny.k", "penny.c", "penny.alpha", "penny.mu", "penny.mu_roll", "penny.goal"];
 pub const PENNY_TEXTS: &[&str] = &["penny.contact", "penny.truth", "penny.level"];
 
+/// What `penny.truth` may be. The laboratory knows what each is; that it knows these and no others, a test of it tells.
+pub const PENNY_TRUTHS: &[&str] = &[
+    "fall",
+    "fall-steps",
+    "spring",
+    "dry-spring",
+    "pendulum-period",
+    "slide-to-roll-speed",
+    "slip-end",
+    "slide-to-roll-path",
+    "incline",
+    "push",
+    "rolling-resistance",
+    "spin-down",
+    "restitution",
+    "collision",
+    "cradle",
+    "rest-depth",
+    "creep",
+    "block-acceleration",
+    "block-path",
+    "block-path-steps",
+    "contact-share",
+    "friction-ratio",
+    "stop-path",
+    "stop-path-steps",
+    "stop-time",
+    "topple",
+    "load-share",
+    "free-energy",
+    "free-momentum",
+    "free-period",
+    "top-period",
+    "euler-disk",
+    "rolling-plate",
+];
+
 fn pair(item: &Item) -> Pair {
     Pair {
         node: item.node,

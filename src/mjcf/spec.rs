@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::document::NodeId;
-pub use crate::model::{ActuatorKind, Cone, GeomKind, JointKind};
+pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind};
 
 #[derive(Clone, Debug)]
 pub struct Spec {

@@ -9,8 +9,12 @@ use penny::mjcf::{self, Document, Problem};
 
 const FOLDER: &str = "tests/mjcf/bad";
 
-/// What a user sees: all problems of a file, warnings too.
+/// What a user sees in the repository's folder: all problems of a file, warnings too.
 fn report(path: &Path) -> String {
+    whole_report(path).replace(&format!("{}/", crate::ROOT), "")
+}
+
+fn whole_report(path: &Path) -> String {
     let loaded = match mjcf::load(path) {
         Err(failure) => return failure.to_string(),
         Ok(loaded) => loaded,
@@ -25,16 +29,17 @@ fn report(path: &Path) -> String {
 
 /// The file with the expected report, and the path to read.
 fn cases() -> Vec<(PathBuf, PathBuf)> {
-    let mut paths: Vec<PathBuf> = std::fs::read_dir(FOLDER)
+    let folder = crate::file(FOLDER);
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(&folder)
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|e| e == "xml"))
         .collect();
     paths.sort();
     let mut cases: Vec<_> = paths.into_iter().map(|path| (path.with_extension("txt"), path)).collect();
-    cases.push((Path::new(FOLDER).join("folder.txt"), FOLDER.into()));
-    cases.push((Path::new(FOLDER).join("missing_file.txt"), Path::new(FOLDER).join("no_such_file.xml")));
-    cases.push((Path::new(FOLDER).join("misspelt_file.txt"), Path::new(FOLDER).join("parts/goem.xml")));
+    cases.push((folder.join("folder.txt"), folder.clone()));
+    cases.push((folder.join("missing_file.txt"), folder.join("no_such_file.xml")));
+    cases.push((folder.join("misspelt_file.txt"), folder.join("parts/goem.xml")));
     cases
 }
 
@@ -68,7 +73,8 @@ fn every_bad_file_gives_its_report() {
 }
 
 fn penny(args: &[&str]) -> (Option<i32>, String) {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_penny")).args(args).output().expect("penny starts");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_penny"));
+    let output = command.args(args).current_dir(crate::ROOT).output().expect("penny starts");
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
@@ -187,7 +193,7 @@ fn damaged_files_never_panic_and_every_place_is_in_the_file() {
     let (mut refused, mut accepted) = (0, 0);
     for entry in ["settings.xml", "classes.xml", "planar.xml", "disk.xml"] {
         let path = format!("tests/mjcf/good/{entry}");
-        let whole = std::fs::read_to_string(&path).unwrap();
+        let whole = std::fs::read_to_string(crate::file(&path)).unwrap();
         for _ in 0..1000 {
             let text = damaged(&whole, &mut random);
             match mjcf::parse(&path, &text) {

@@ -6,7 +6,7 @@ use std::process::{Command, Output, Stdio};
 /// Runs `penny` in the repository's folder.
 fn penny(args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
-    command.args(args).current_dir(env!("CARGO_MANIFEST_DIR"));
+    command.args(args).current_dir(crate::ROOT);
     command.output().expect("penny starts")
 }
 
@@ -164,7 +164,7 @@ fn a_bad_scene_exits_with_1_and_says_where() {
 
 #[test]
 fn a_diverging_run_says_what_when_where_and_keeps_its_rows() {
-    let text = std::fs::read_to_string("models/point_mass.xml").expect("the model");
+    let text = std::fs::read_to_string(crate::file("models/point_mass.xml")).expect("the model");
     let path = scene("stiff.xml", &text.replace("data=\"2500\"", "data=\"1e14\""));
     let output = penny(&[path.to_str().expect("UTF-8"), "--csv", "-"]);
     assert_eq!(output.status.code(), Some(1));
@@ -180,14 +180,14 @@ fn a_closed_or_full_standard_error_is_no_error() {
     for args in [&["explain", "models/disk.xml"][..], &["models/disk.xml", "--steps", "1"]] {
         let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
         let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
-        command.args(args).current_dir(env!("CARGO_MANIFEST_DIR")).stderr(full);
+        command.args(args).current_dir(crate::ROOT).stderr(full);
         assert_eq!(command.status().expect("penny starts").code(), Some(0), "{args:?}");
     }
 }
 
 #[test]
 fn no_file_overwrites_the_scene_or_another() {
-    let text = std::fs::read_to_string("models/disk.xml").expect("the model");
+    let text = std::fs::read_to_string(crate::file("models/disk.xml")).expect("the model");
     let path = scene("kept.xml", &text);
     let file = path.to_str().expect("UTF-8");
     // The same file by another way.
@@ -218,7 +218,7 @@ fn files_of_a_run_that_is_interrupted_are_whole() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
     // So few rows that the end hardly ever comes while one is written: the system itself may cut a write at a page's end.
     command.args(["models/box.xml", "--time", "1e5", "--every", "50"]).arg("--csv").arg(&csv).arg("--json").arg(&json);
-    let mut child = command.current_dir(env!("CARGO_MANIFEST_DIR")).stderr(Stdio::null()).spawn().expect("it starts");
+    let mut child = command.current_dir(crate::ROOT).stderr(Stdio::null()).spawn().expect("it starts");
     let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |m| m.len());
     while size(&csv) < 20_000 || size(&json) < 20_000 {
         std::thread::yield_now();
@@ -235,7 +235,7 @@ fn files_of_a_run_that_is_interrupted_are_whole() {
 /// The commonest slip of all.
 #[test]
 fn a_scene_without_a_joint_is_warned_about_and_has_no_nan() {
-    let text = std::fs::read_to_string("models/disk.xml").expect("the model");
+    let text = std::fs::read_to_string(crate::file("models/disk.xml")).expect("the model");
     let without: String = text.lines().filter(|l| !l.contains("<freejoint")).map(|l| format!("{l}\n")).collect();
     let path = scene("still.xml", &without);
     for command in ["check", "run"] {
@@ -274,7 +274,7 @@ fn a_run_that_nobody_could_wait_for_is_refused() {
 
 #[test]
 fn energy_from_nowhere_is_told_with_its_cause() {
-    let text = std::fs::read_to_string("models/disk.xml").expect("the model");
+    let text = std::fs::read_to_string(crate::file("models/disk.xml")).expect("the model");
     let change = |name: &str, from: &str, to: &str| {
         assert!(text.contains(from));
         scene(name, &text.replace(from, to)).display().to_string()
@@ -357,7 +357,7 @@ fn explain_tabulates_what_the_tutorials_solref_gets_wrong() {
 fn compare_without_mujoco_says_how_to_install_it() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
     command.args(["compare", "models/disk.xml"]).env("PENNY_PYTHON", "no-such-python");
-    let output = command.current_dir(env!("CARGO_MANIFEST_DIR")).output().expect("penny starts");
+    let output = command.current_dir(crate::ROOT).output().expect("penny starts");
     assert_eq!(output.status.code(), Some(1));
     assert_has(&stderr(&output), &["MuJoCo 4.0.0 is needed", "pip install mujoco==4.0.0", "PENNY_PYTHON"]);
 }
@@ -375,7 +375,7 @@ fn compare_measures_the_difference_from_mujoco() {
     assert_has(&text, &["tolerance 1e-8: solver tolerance"]);
     let text = says(&["compare", "models/box.xml", "--integrator", "explicit-euler", "--steps", "10"], 0);
     assert_has(&text, &["integrator: MuJoCo has no explicit-euler and runs Euler"]);
-    let text = std::fs::read_to_string("models/point_mass.xml").expect("the model");
+    let text = std::fs::read_to_string(crate::file("models/point_mass.xml")).expect("the model");
     let path = scene("compared.xml", &text.replace("data=\"2500\"", "data=\"1e14\"")).display().to_string();
     let text = says(&["compare", &path, "--contact", "tutorial"], 1);
     assert_has(&text, &["tutorial: it diverged at", "--timestep", "error: the run diverged under tutorial"]);
@@ -437,7 +437,7 @@ fn the_mujoco_law_does_not_allocate_in_the_steps_of_an_island_of_many_trees() {
 #[test]
 fn a_reader_that_leaves_early_is_no_error() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
-    command.args(["models/box.xml", "--csv", "-"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    command.args(["models/box.xml", "--csv", "-"]).current_dir(crate::ROOT);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("penny starts");
     drop(child.stdout.take());
     assert!(child.wait().expect("it ends").success());

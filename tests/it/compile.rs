@@ -112,8 +112,9 @@ impl Compare {
     }
 }
 
+/// Compiles text as if it were that file of the repository, whose neighbours it may include.
 fn model(name: &str, xml: &str) -> Model {
-    match penny::parse(name, xml) {
+    match penny::parse(&crate::file(name).to_string_lossy(), xml) {
         Ok(scene) => scene.model,
         Err(failure) => panic!("{name}: {failure}\n{xml}"),
     }

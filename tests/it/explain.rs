@@ -2,11 +2,11 @@
 
 use penny::contact::{self, constants, tutorial};
 use penny::data::Data;
-use penny::explain::{self, Touch, probe, rehearsal};
 use penny::forward::{Method, step};
 use penny::integrate;
 use penny::model::Model;
 use penny::state::State;
+use penny_lab::explain::{self, Touch, probe, rehearsal};
 
 /// A ball of 2 kg over a plane, with this solref and custom section.
 fn ball(solref: &str, custom: &str) -> Model {
@@ -170,7 +170,8 @@ fn bodies_that_touch_in_a_row_are_named() {
 }
 
 fn scene(name: &str) -> Model {
-    let text = std::fs::read_to_string(format!("models/{name}.xml")).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let text =
+        std::fs::read_to_string(crate::file(&format!("models/{name}.xml"))).unwrap_or_else(|e| panic!("{name}: {e}"));
     penny::parse(name, &text).unwrap_or_else(|e| panic!("{e}")).model
 }
 

@@ -5,12 +5,12 @@ use penny::contact::describe::Ask;
 use penny::contact::{self, Law};
 use penny::data::Data;
 use penny::dynamics::energy;
-use penny::explain;
 use penny::forward::{Diverged, Method, step};
 use penny::integrate;
 use penny::model::Model;
 use penny::state::State;
-use penny::sweep::theory;
+use penny_lab::explain;
+use penny_lab::sweep::theory;
 
 struct Run {
     model: Model,
@@ -326,7 +326,7 @@ fn implicit_euler_comes_to_the_same_motion_where_forces_jump() {
         ("disk", [2.0, 0.0, 0.0, 0.0, 10.0, 0.0]),
         ("disk_traction", [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
     ] {
-        let xml = std::fs::read_to_string(format!("models/{name}.xml")).expect("a scene");
+        let xml = std::fs::read_to_string(crate::file(&format!("models/{name}.xml"))).expect("a scene");
         for law in laws_of_the_scene() {
             let end = |integrator: &str, h: f64| {
                 let mut run = Run::new(&xml, law, h).with(&qvel);

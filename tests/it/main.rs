@@ -1,4 +1,15 @@
-//! All integration tests in one binary: linking costs more than running.
+//! All integration tests in one binary: linking costs more than running. It belongs to the package of the command line
+//! (`crates/cli`), because only there Cargo tells where `penny` is.
+
+use std::path::{Path, PathBuf};
+
+/// The repository's folder: `models`, `tests` and `docs` are here, and `penny` is started here.
+pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// A file or folder of the repository.
+pub fn file(path: &str) -> PathBuf {
+    Path::new(ROOT).join(path)
+}
 
 mod bad_input;
 mod cli;
@@ -9,6 +20,7 @@ mod contact_forces;
 mod explain;
 mod extremes;
 mod invariance;
+mod layers;
 mod models;
 mod mujoco_law;
 mod own;

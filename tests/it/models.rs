@@ -12,7 +12,7 @@ use penny::state::{Start, State};
 use serde_json::Value;
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models")
+    Path::new(crate::ROOT).join("models")
 }
 
 fn load(name: &str) -> Model {
@@ -226,4 +226,11 @@ fn whole_runs_are_mujocos_under_every_integrator() {
     assert!(report.is_empty(), "\n{report}");
     assert_eq!(samples.keys().cloned().collect::<Vec<_>>(), names());
     assert!(samples.values().all(|&n| n >= LEAST_SAMPLES), "{samples:?}");
+}
+
+/// A published crate can hold only files of its own: the benchmark's disk is a copy.
+#[test]
+fn the_benchmark_measures_the_disk_of_the_models() {
+    let read = |path| std::fs::read_to_string(crate::file(path)).expect(path);
+    assert_eq!(read("crates/cli/src/bench/disk.xml"), read("models/disk.xml"));
 }

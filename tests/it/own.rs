@@ -3,13 +3,13 @@
 
 use penny::contact::{self, Law, describe};
 use penny::data::Data;
-use penny::explain::{self, probe};
 use penny::forward::{Method, step};
 use penny::integrate;
 use penny::model::Model;
 use penny::state::State;
-use penny::sweep::map::{self, Setting};
-use penny::sweep::{Case, theory};
+use penny_lab::explain::{self, probe};
+use penny_lab::sweep::map::{self, Setting};
+use penny_lab::sweep::{Case, theory};
 
 #[path = "../../examples/own/hunt_crossley.rs"]
 mod hunt_crossley;

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use penny::math::Vec3;
-use penny::view::camera::Camera;
-use penny::view::film::Film;
-use penny::view::log::Change;
-use penny::view::paint::{Image, Painter, paint};
-use penny::view::scene::{self, NORMAL_FORCE};
-use penny::view::session::Session;
-use penny::view::video::{Format, Shape, Video};
+use penny_view::camera::Camera;
+use penny_view::film::Film;
+use penny_view::log::Change;
+use penny_view::paint::{Image, Painter, paint};
+use penny_view::scene::{self, NORMAL_FORCE};
+use penny_view::session::Session;
+use penny_view::video::{Format, Shape, Video};
 
 use crate::view::{session, written};
 
@@ -55,7 +55,7 @@ fn read(path: &Path) -> Image {
 }
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pictures")
+    Path::new(crate::ROOT).join("tests/pictures")
 }
 
 /// Pixel by pixel. The arithmetic is f32 without fused operations, so the same machine gives the same bytes; another
@@ -143,7 +143,7 @@ fn a_body_is_where_the_camera_says_and_has_its_colour() {
 fn turning_a_body_changes_its_picture() {
     let mut session = session("models/goal.xml");
     let before = picture(&mut session, 0, 1);
-    let mut start = penny::view::log::Start::of(&session.state);
+    let mut start = penny_view::log::Start::of(&session.state);
     start.qpos[3..7].copy_from_slice(&[0.8, 0.6, 0.0, 0.0]);
     session.change(Change::State(start)).expect("fits");
     assert_ne!(picture(&mut session, 0, 1), before, "a ball without a pattern would look the same");

@@ -1,7 +1,6 @@
 //! The reader: it knows all names of MJCF 4.0.0, and what it reads means what MuJoCo reads.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 use penny::mjcf::schema::{self, Kind, Status};
 use penny::mjcf::spec::{self, GeomKind};
@@ -128,7 +127,7 @@ fn goldens() -> Vec<Golden> {
 }
 
 fn read(name: &str) -> mjcf::Loaded {
-    let path = Path::new("tests/mjcf/good").join(name);
+    let path = crate::file("tests/mjcf/good").join(name);
     mjcf::load(&path).unwrap_or_else(|failure| panic!("{failure}"))
 }
 

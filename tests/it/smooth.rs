@@ -218,7 +218,7 @@ fn inertia_matrix_is_the_sum_over_bodies() {
 
 fn smooth_at(model: &Model, state: &State, data: &mut Data) {
     kinematics(model, &state.qpos, data);
-    smooth(model, &method(&integrate::semi_implicit_euler::METHOD, 0.005), state, data);
+    smooth(model, state, data);
 }
 
 /// A free body by the general path: its inertia matrix built, factored and solved.

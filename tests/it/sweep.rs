@@ -6,10 +6,10 @@ use std::process::{Command, Output};
 use penny::forward::Method;
 use penny::model::Model;
 use penny::state::State;
-use penny::sweep::grid::{self, Row, Target};
-use penny::sweep::map::{self, Setting};
-use penny::sweep::{Case, reference, theory};
 use penny::{contact, integrate};
+use penny_lab::sweep::grid::{self, Row, Target};
+use penny_lab::sweep::map::{self, Setting};
+use penny_lab::sweep::{Case, reference, theory};
 
 const SPRING: &str = r#"<mujoco model="spring"><option gravity="0 0 0"/>
   <custom><text name="penny.truth" data="spring"/></custom>
@@ -97,7 +97,7 @@ fn setting(case: &Case, integrator: &'static integrate::Integrator, timestep: f6
 }
 
 fn disk(seconds: f64) -> Case {
-    let model = penny::load(Path::new("models/disk.xml")).unwrap_or_else(|e| panic!("{e}")).model;
+    let model = penny::load(&crate::file("models/disk.xml")).unwrap_or_else(|e| panic!("{e}")).model;
     let start = State::new(&model);
     Case { model, start, seconds }
 }
@@ -164,7 +164,7 @@ fn what_a_map_sets_is_what_the_theory_sees() {
 
 fn penny(args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
-    command.args(args).current_dir(env!("CARGO_MANIFEST_DIR"));
+    command.args(args).current_dir(crate::ROOT);
     // A Python without MuJoCo, wherever the test runs.
     command.env("PENNY_PYTHON", "/nonexistent/python").output().expect("penny starts")
 }

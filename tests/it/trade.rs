@@ -7,7 +7,7 @@ mod chapter;
 
 #[test]
 fn the_chapter_is_what_its_experiments_give() {
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let docs = Path::new(crate::ROOT).join("docs");
     let committed = std::fs::read_to_string(docs.join("trade.md")).expect("docs/trade.md");
     let chapter = chapter::write().unwrap_or_else(|e| panic!("{e}"));
     for (old, new) in committed.lines().zip(chapter.text.lines()) {

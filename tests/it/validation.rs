@@ -1,13 +1,12 @@
 //! The closed forms: what the penalty law makes of them, beside MuJoCo's recorded values.
 
-use std::path::Path;
 use std::sync::LazyLock;
 
 use penny::forward::Method;
 use penny::state::State;
-use penny::sweep::validation::Record;
-use penny::sweep::{Case, truth};
 use penny::{contact, integrate};
+use penny_lab::sweep::validation::Record;
+use penny_lab::sweep::{Case, truth};
 
 static RECORDS: LazyLock<Vec<Record>> =
     LazyLock::new(|| serde_json::from_str(include_str!("../golden/validation.json")).expect("validation.json"));
@@ -111,7 +110,7 @@ fn the_mujoco_law_measures_what_mujoco_does() {
 
 /// A scene of models/ at a keyframe or, with "", as it stands.
 fn scene(name: &str, key: &str, seconds: f64) -> Case {
-    let model = penny::load(&Path::new("models").join(name)).unwrap_or_else(|e| panic!("{name}: {e}")).model;
+    let model = penny::load(&crate::file("models").join(name)).unwrap_or_else(|e| panic!("{name}: {e}")).model;
     let mut start = State::new(&model);
     if let Some(key) = model.keyframes.iter().find(|k| k.name == key) {
         start.qpos.clone_from(&key.qpos);
@@ -132,7 +131,7 @@ fn method(case: &Case) -> Method {
 
 #[test]
 fn a_closed_form_fits_a_scene_or_says_what_it_needs() {
-    let files = std::fs::read_dir("models").expect("models/").map(|f| f.expect("a file").file_name());
+    let files = std::fs::read_dir(crate::file("models")).expect("models/").map(|f| f.expect("a file").file_name());
     let mut fitting = Vec::new();
     for name in files.map(|f| f.to_string_lossy().into_owned()).filter(|name| name.ends_with(".xml")) {
         let keys: Vec<String> = scene(&name, "", 1.0).model.keyframes.iter().map(|k| k.name.clone()).collect();

@@ -4,20 +4,20 @@ use std::path::Path;
 use std::time::Duration;
 
 use penny::math::{Vec3, Vec6};
-use penny::view::camera::Camera;
-use penny::view::clock::Clock;
-use penny::view::controls::Grab;
-use penny::view::film::Film;
-use penny::view::game::{Game, LEVELS, Outcome, Rules, best, report};
-use penny::view::log::{Change, Log, Start};
-use penny::view::session::{Player, Session};
-use penny::view::stage::{Held, Stage};
-use penny::view::{open, pick, scene};
+use penny_view::camera::Camera;
+use penny_view::clock::Clock;
+use penny_view::controls::Grab;
+use penny_view::film::Film;
+use penny_view::game::{Game, LEVELS, Outcome, Rules, best, report};
+use penny_view::log::{Change, Log, Start};
+use penny_view::session::{Player, Session};
+use penny_view::stage::{Held, Stage};
+use penny_view::{open, pick, scene};
 
 const HOUR: Duration = Duration::from_secs(3600);
 
 pub fn session(path: &str) -> Session {
-    let path = Path::new(path);
+    let path = &crate::file(path);
     let opened = open::open(path).unwrap_or_else(|report| panic!("{report}"));
     open::session(opened.model, path, opened.hash, 1).expect("known law and integrator")
 }
@@ -378,7 +378,7 @@ fn a_camera_is_read_from_text() {
 fn without_a_display_play_names_the_way_without() {
     for display in [None, Some(":4711")] {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_penny"));
-        command.args(["play", "models/goal.xml"]);
+        command.args(["play", "models/goal.xml"]).current_dir(crate::ROOT);
         for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
             command.env_remove(name);
         }
@@ -413,8 +413,8 @@ fn a_recorded_run_is_rendered_from_the_command_line() {
 #[test]
 #[cfg(feature = "play")]
 fn a_key_acts_within_its_frame() {
-    use eframe::egui::{Event, Key, Modifiers};
-    use penny::view::app::{App, headless::Headless};
+    use penny_window::egui::{Event, Key, Modifiers};
+    use penny_window::{App, headless::Headless};
     let mut app = App::new(Stage::new(written(BALL), 0, None, false));
     let mut window = Headless::new(640, 480);
     let key = |pressed: bool| Event::Key {

@@ -6,9 +6,9 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use penny::math::Vec3;
-use penny::view::log::{Change, Log};
-use penny::view::scene;
-use penny::view::session::{Player, Session};
+use penny_view::log::{Change, Log};
+use penny_view::scene;
+use penny_view::session::{Player, Session};
 
 /// What the window draws beside the picture, in points: see `view::app`.
 const VIEW: [f64; 2] = [1280.0 - 300.0, 720.0 - 190.0];
@@ -71,7 +71,7 @@ fn close(display: &str, penny: &mut Ended) -> String {
 
 /// Plays the recorded inputs and returns where the ball was after every step.
 fn replayed(log: &Log, path: &Path) -> (Vec<Vec3>, Session) {
-    let opened = penny::view::open::open(path).unwrap_or_else(|e| panic!("{e}"));
+    let opened = penny_view::open::open(path).unwrap_or_else(|e| panic!("{e}"));
     let mut session = Session::from_log(log, opened.model, &opened.hash).expect("the same scene");
     let mut player = Player::new(log.clone());
     let mut places = vec![session.data.xpos[1]];
@@ -124,7 +124,7 @@ fn find((width, rgb): &(usize, Vec<u8>), is: fn(&[u8]) -> bool) -> (Vec3, usize)
 #[test]
 #[ignore = "needs Xvfb, xdotool, ffmpeg and software GL: tests/window.sh"]
 fn real_keys_move_the_ball_and_the_record_tells_how() {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/window.xml");
+    let scene = Path::new(crate::ROOT).join("tests/window.xml");
     let folder = std::env::temp_dir().join(format!("penny-window-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("writable");
     let run: PathBuf = folder.join("run.json");
@@ -147,7 +147,7 @@ fn real_keys_move_the_ball_and_the_record_tells_how() {
     assert!(said.contains(&session.state_hash()), "the window ended in {said}, the replay in {}", session.summary());
     // … and the ball went into the picture, where the key pushes it.
     let camera = scene::framing(&session.model, &session.poses(1.0));
-    let camera = penny::view::camera::Camera { azimuth: camera.azimuth, ..camera };
+    let camera = penny_view::camera::Camera { azimuth: camera.azimuth, ..camera };
     let (right, ahead) = camera.ground();
     let way = places[places.len() - 1] - places[0];
     assert!(way.dot(&ahead) > 0.3 && way.dot(&right).abs() < 0.02 * way.dot(&ahead), "{way:?}");
@@ -199,7 +199,7 @@ fn a_saved_scene_is_loaded_again_and_a_key_films_it() {
     let folder = std::env::temp_dir().join(format!("penny-reload-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("writable");
     let scene = folder.join("scene.xml");
-    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/window.xml")).expect("there");
+    let text = std::fs::read_to_string(Path::new(crate::ROOT).join("tests/window.xml")).expect("there");
     std::fs::write(&scene, &text).expect("writable");
     let (_server, display) = display();
     let mut penny = play(&display, &folder, &[scene.as_os_str()]);

@@ -1,0 +1,247 @@
+//! `penny bench`: nanoseconds per step, beside MuJoCo's if asked.
+//!
+//! Each scene runs for a second of simulated time, and the state it has reached is kept. Batches of steps start from
+//! that state again and again; the median of the batches counts. `--window 0..2` measures the first two seconds instead:
+//! what a step costs depends on what touches, and two engines need not touch alike. With `--against mujoco` every batch is followed by
+//! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Failure;
+use super::format::{count, short, si, table};
+use super::mujoco::{MuJoCo, Scene};
+use super::scene::{self, MethodArgs, StartArgs};
+use penny::data::Data;
+use penny::forward::{Method, step};
+use penny::model::Model;
+use penny::state::State;
+
+mod scenes;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// MJCF files [default: a set of small scenes]
+    #[arg(value_name = "SCENE.xml")]
+    scenes: Vec<PathBuf>,
+    /// Measure this too, alternately: mujoco
+    #[arg(long, value_name = "ENGINE", value_parser = ["mujoco"])]
+    against: Option<String>,
+    /// Measure the steps between two simulated times, in seconds [default: up to 1000 steps from 1 s on]
+    #[arg(long, value_name = "FROM..TO", value_parser = window)]
+    window: Option<Window>,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    start: StartArgs,
+}
+
+/// From one simulated time to another, s.
+#[derive(Clone, Copy)]
+struct Window {
+    from: f64,
+    to: f64,
+}
+
+fn window(text: &str) -> Result<Window, String> {
+    let (from, to) = text.split_once("..").ok_or("must be FROM..TO, such as 0..2")?;
+    let [from, to] = [from, to].map(|x| x.parse::<f64>().ok().filter(|x| x.is_finite() && *x >= 0.0));
+    match (from, to) {
+        (Some(from), Some(to)) if from < to => Ok(Window { from, to }),
+        _ => Err("must be two times in seconds, the smaller one first, such as 0..2".to_owned()),
+    }
+}
+
+/// Simulated time to a typical state, s.
+const WARM_UP: f64 = 1.0;
+/// Least wall time to spend on batches of one method.
+const BUDGET: Duration = Duration::from_millis(100);
+const LEAST_BATCHES: usize = 15;
+/// Steps of a batch at most: further from the kept state it would no longer be typical.
+const LARGEST_BATCH: usize = 1000;
+/// Steps that show whether a method is worth waiting for, and how long they may take.
+const TRIAL: usize = 5;
+const PATIENCE: Duration = Duration::from_millis(100);
+/// Wall time that a batch should take.
+const BATCH: Duration = Duration::from_millis(2);
+
+/// A scene to measure, with the state it starts from.
+struct Case {
+    name: String,
+    /// What MuJoCo loads.
+    source: Source,
+    model: Model,
+    start: State,
+}
+
+enum Source {
+    Path(PathBuf),
+    Text(String),
+}
+
+/// What came of one method on one scene.
+enum Outcome {
+    Measured(Measured),
+    Diverges,
+    /// ns a step, roughly.
+    TooSlow(f64),
+}
+
+struct Measured {
+    /// Medians, ns a step.
+    ours: f64,
+    theirs: Option<f64>,
+    contacts: usize,
+    /// Memory allocations in a whole batch of steps.
+    allocations: usize,
+    /// Of the kept state: after a fixed number of steps, however fast the machine is.
+    hash: u64,
+}
+
+pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
+    if cfg!(debug_assertions) {
+        eprintln!("note: this is a development build; cargo run --release -- bench measures the real speed\n");
+    }
+    let mut mujoco = args.against.as_ref().map(|_| MuJoCo::start()).transpose()?;
+    let (cases, laws, integrators) = (cases(args)?, args.method.laws(), args.method.integrators());
+    let bar = ProgressBar::new((cases.len() * laws.len() * integrators.len()) as u64);
+    // The template is constant and right.
+    if let Ok(style) = ProgressStyle::with_template("  {wide_bar} {pos} of {len} methods, {eta} to go") {
+        bar.set_style(style);
+    }
+    for case in cases {
+        let mut heading = vec!["law", "integrator", "step"];
+        if mujoco.is_some() {
+            heading.extend(["MuJoCo", "times its speed"]);
+        }
+        heading.extend(["contacts", "allocations", "hash"]);
+        let mut rows = vec![heading.into_iter().map(str::to_owned).collect::<Vec<_>>()];
+        for &contact in &laws {
+            for &integrator in &integrators {
+                let method = Method { contact, integrator, ..args.method.method(&case.model)? };
+                let mut row = vec![contact.name.to_owned(), integrator.name.to_owned()];
+                row.extend(match measure(&case, &method, args.window, mujoco.as_mut(), allocations)? {
+                    Outcome::Measured(measured) => cells(&measured),
+                    Outcome::Diverges => vec!["diverges".to_owned()],
+                    Outcome::TooSlow(ns) => vec![format!("about {}", si(ns * 1e-9, "s"))],
+                });
+                rows.push(row);
+                bar.inc(1);
+            }
+        }
+        bar.suspend(|| {
+            eprintln!("{}: {}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
+            eprintln!("{}", table(&rows));
+        });
+    }
+    bar.finish_and_clear();
+    eprintln!(
+        "contacts: after the last step measured; allocations: of memory, in all steps of a batch;\nhash: of the state \
+         where measuring begins ({} s), so that two machines or builds can tell whether they compute the same",
+        args.window.map_or(WARM_UP, |w| w.from)
+    );
+    Ok(())
+}
+
+fn cells(m: &Measured) -> Vec<String> {
+    let mut cells = vec![si(m.ours * 1e-9, "s")];
+    if let Some(theirs) = m.theirs {
+        cells.extend([si(theirs * 1e-9, "s"), short(theirs / m.ours)]);
+    }
+    cells.extend([m.contacts.to_string(), m.allocations.to_string(), format!("{:016x}", m.hash)]);
+    cells
+}
+
+fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
+    if args.scenes.is_empty() {
+        return scenes::all();
+    }
+    let case = |path: &PathBuf| {
+        let model = scene::load(path)?;
+        let start = args.start.state(&model)?;
+        Ok(Case { name: path.display().to_string(), source: Source::Path(path.clone()), model, start })
+    };
+    args.scenes.iter().map(case).collect()
+}
+
+/// Measures one method.
+fn measure(
+    case: &Case,
+    method: &Method,
+    window: Option<Window>,
+    mut mujoco: Option<&mut MuJoCo>,
+    allocations: fn() -> usize,
+) -> Result<Outcome, Failure> {
+    let model = &case.model;
+    let (mut state, mut data) = (case.start.clone(), Data::new(model));
+    let mut advance = |state: &mut State, n: usize| {
+        let before = Instant::now();
+        let outcome = (0..n).try_for_each(|_| step(model, method, state, &mut data));
+        outcome.ok().map(|()| before.elapsed())
+    };
+
+    let steps_to = |time: f64| (time / method.timestep).round() as usize;
+    let warm_up = steps_to(window.map_or(WARM_UP, |w| w.from));
+    let Some(pace) = advance(&mut state, TRIAL) else { return Ok(Outcome::Diverges) };
+    if pace > PATIENCE {
+        return Ok(Outcome::TooSlow(pace.as_nanos() as f64 / TRIAL as f64));
+    }
+    state.copy_from(&case.start);
+    let Some(pace) = advance(&mut state, warm_up) else { return Ok(Outcome::Diverges) };
+    let kept = state.clone();
+    let steps = match window {
+        Some(window) => (steps_to(window.to) - warm_up).max(1),
+        None => {
+            let steps = BATCH.as_secs_f64() / (pace.as_secs_f64() / warm_up.max(1) as f64);
+            (steps as usize).clamp(10, LARGEST_BATCH)
+        }
+    };
+    if let Some(mujoco) = mujoco.as_deref_mut() {
+        let scene = match &case.source {
+            Source::Path(path) => Scene::Path(path),
+            Source::Text(text) => Scene::Text(text),
+        };
+        mujoco.load(&scene, model, method, &case.start, false)?;
+        mujoco.warm(warm_up)?;
+    }
+
+    // Once unmeasured, for the caches; and for what each batch leaves behind.
+    let before = allocations();
+    if advance(&mut state, steps).is_none() {
+        return Ok(Outcome::Diverges);
+    }
+    let allocated = allocations() - before;
+
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let began = Instant::now();
+    while ours.len() < LEAST_BATCHES || began.elapsed() < BUDGET {
+        state.copy_from(&kept);
+        let Some(time) = advance(&mut state, steps) else { return Ok(Outcome::Diverges) };
+        ours.push(time.as_nanos() as f64 / steps as f64);
+        if let Some(mujoco) = mujoco.as_deref_mut() {
+            theirs.push(mujoco.batch(steps)? / steps as f64);
+        }
+    }
+    let contacts = data.contacts.len();
+    Ok(Outcome::Measured(Measured {
+        ours: median(ours),
+        theirs: (!theirs.is_empty()).then(|| median(theirs)),
+        contacts,
+        allocations: allocated,
+        hash: hash(&kept),
+    }))
+}
+
+/// The middle one of at least one value.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// FNV-1a over the bits of qpos and qvel: equal states, equal hashes.
+fn hash(state: &State) -> u64 {
+    let bytes = state.qpos.iter().chain(&state.qvel).flat_map(|x| x.to_bits().to_le_bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
+}

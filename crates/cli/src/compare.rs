@@ -1,0 +1,300 @@
+//! `penny compare`: a scene beside the real MuJoCo.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use super::Failure;
+use super::bench::median;
+use super::files;
+use super::format::{count, short, si, table};
+use super::mujoco::{MuJoCo, Scene, counterpart};
+use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
+use penny::contact::{Law, mujoco};
+use penny::data::Data;
+use penny::forward::{Method, step};
+use penny::model::Model;
+use penny::state::State;
+use penny_lab::plot::palette::{CURVES, DASHES, INK};
+use penny_lab::plot::{self, Axis, Figure, Layer, Line, Panel};
+use penny_lab::record::coordinates;
+
+mod why;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// MJCF file
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
+    #[command(flatten)]
+    length: LengthArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    start: StartArgs,
+    /// Draw the differences over time: a file that ends in .svg or .png
+    #[arg(long, value_name = "FILE", value_parser = scene::picture)]
+    plot: Option<PathBuf>,
+}
+
+/// Lines of the table over time.
+const LINES: usize = 10;
+/// A difference that one would call one, in units of qpos.
+const DIFFERENT: f64 = 1e-6;
+/// What every velocity of MuJoCo's start is changed by, to see whether MuJoCo repeats itself.
+const KICK: f64 = 1e-13;
+
+/// A law's run.
+struct Rollout {
+    /// qpos at the start and after every step, solved to rounding as MuJoCo's; fewer rows where it diverged.
+    rows: Vec<Vec<f64>>,
+    /// Time of a step as the scene is, and of one of MuJoCo's that was measured in turns with it: medians, s.
+    pace: [f64; 2],
+}
+
+/// Runs measured, at least, and until they have taken that many seconds.
+const LEAST_RUNS: usize = 3;
+const MOST_RUNS: usize = 15;
+const BUDGET: f64 = 0.5;
+
+pub fn compare(args: &Args) -> Result<(), Failure> {
+    let path = &args.scene;
+    let model = scene::load_apart(path, &[("--plot", args.plot.as_deref())])?;
+    let method = args.method.method(&model)?;
+    let start = args.start.state(&model)?;
+    let steps = args.length.steps(method.timestep)?;
+    if let Some(file) = &args.plot {
+        files::writable(file)?;
+    }
+
+    let mut mujoco = MuJoCo::start()?;
+    let load =
+        |mujoco: &mut MuJoCo, start: &State, exact| mujoco.load(&Scene::Path(path), &model, &method, start, exact);
+    load(&mut mujoco, &start, true)?;
+    let theirs = mujoco.rollout(steps, 1)?;
+    let mut kicked = start.clone();
+    kicked.qvel.iter_mut().for_each(|v| *v += KICK);
+    load(&mut mujoco, &kicked, true)?;
+    let kicked = mujoco.rollout(steps, 1)?;
+    load(&mut mujoco, &start, false)?;
+    let hasty = mujoco.rollout(steps, 1)?;
+    load(&mut mujoco, &start, false)?;
+    mujoco.warm(0)?;
+
+    eprintln!(
+        "{}: {} of {}, {}",
+        path.display(),
+        count(steps, "step", "steps"),
+        si(method.timestep, "s"),
+        method.integrator.name
+    );
+    if !method.integrator.mjcf.contains(&counterpart(&model, &method).as_str()) {
+        eprintln!("  MuJoCo has no {}: it runs {}", method.integrator.name, counterpart(&model, &method));
+    }
+    if theirs.len() <= steps {
+        eprintln!("  MuJoCo calls the run unstable after {}", si(theirs.len() as f64 * method.timestep, "s"));
+    }
+    let laws = args.method.laws();
+    let ours = laws
+        .iter()
+        .map(|&contact| {
+            let method = Method { contact, ..method };
+            let rows = rows(&model, &method, &start, steps);
+            Ok(Rollout { rows, pace: pace(&model, &method, &start, steps, &mut mujoco)? })
+        })
+        .collect::<Result<Vec<Rollout>, Failure>>()?;
+
+    eprintln!("\nLargest |qpos difference| up to a time, m or rad (both solve to rounding: tolerance 0)");
+    let mut rows = vec![vec!["time s".to_owned()]];
+    rows[0].extend(laws.iter().map(|law| law.name.to_owned()));
+    let stride = steps.div_ceil(LINES).max(1);
+    for i in (0..=steps).filter(|i| i % stride == 0 || *i == steps) {
+        let mut row = vec![format!("{:.3}", start.time + i as f64 * method.timestep)];
+        row.extend(ours.iter().map(|r| largest(r, &theirs, i).map_or("–".to_owned(), |d| format!("{d:.1e}"))));
+        rows.push(row);
+    }
+    eprintln!("{}", table(&rows));
+
+    let heading = ["", "first differs at", "in", "largest difference", "in", "a step", "times MuJoCo's speed"];
+    let mut rows = vec![heading.map(str::to_owned).to_vec()];
+    let mut line = |name: String, run: &[Vec<f64>], [pace, their_pace]: [f64; 2]| {
+        let (when, what) = match first_different(run, &theirs) {
+            Some((i, coordinate)) => (si(i as f64 * method.timestep, "s"), coordinate_name(&model, coordinate)),
+            None => ("never".to_owned(), "–".to_owned()),
+        };
+        let (most, value) = match largest_difference(run, &theirs) {
+            (_, 0.0) => ("–".to_owned(), "0".to_owned()),
+            (most, value) => (coordinate_name(&model, most), format!("{value:.1e}")),
+        };
+        rows.push(vec![name, when, what, value, most, si(pace, "s"), short(their_pace / pace)]);
+    };
+    for (law, rollout) in laws.iter().zip(&ours) {
+        line(law.name.to_owned(), &rollout.rows, rollout.pace);
+    }
+    let theirs_pace = median(ours.iter().map(|r| r.pace[1]).collect());
+    line(format!("MuJoCo, tolerance {:e}", model.opt.tolerance), &hasty, [theirs_pace; 2]);
+    eprint!("{}", table(&rows));
+    eprintln!("  (a difference counts above {DIFFERENT:e} m or rad; speed: medians, in turns with MuJoCo)");
+    eprintln!("\nWhy");
+    for (law, rollout) in laws.iter().zip(&ours) {
+        let method = Method { contact: law, ..method };
+        let diverged = rollout.rows.len() <= steps;
+        if diverged {
+            let end = si(rollout.rows.len() as f64 * method.timestep, "s");
+            eprintln!(
+                "  {}: it diverged at {end}: a smaller --timestep may help; the figures are those until then",
+                law.name
+            );
+        }
+        if diverged && first_different(&rollout.rows, &theirs).is_none() {
+            continue;
+        }
+        for reason in why_different(&model, &method, &start, rollout, &theirs, &kicked) {
+            eprintln!("  {}: {reason}", law.name);
+        }
+    }
+    if first_different(&hasty, &theirs).is_some() {
+        let tolerance = model.opt.tolerance;
+        eprintln!(
+            "  MuJoCo, tolerance {tolerance:e}: solver tolerance: MuJoCo's solver stops early, and so does Penny's"
+        );
+    }
+    if let Some(file) = &args.plot {
+        chart(path, &model, &method, &theirs, &laws, &ours, file)?;
+    }
+    let diverged: Vec<&str> =
+        laws.iter().zip(&ours).filter(|(_, r)| r.rows.len() <= steps).map(|(law, _)| law.name).collect();
+    match diverged[..] {
+        [] => Ok(()),
+        _ => Err(Failure::Problem(format!("error: the run diverged under {}", diverged.join(", ")))),
+    }
+}
+
+/// What is known of why a run has left MuJoCo's.
+fn why_different(
+    model: &Model,
+    method: &Method,
+    start: &State,
+    ours: &Rollout,
+    theirs: &[Vec<f64>],
+    kicked: &[Vec<f64>],
+) -> Vec<String> {
+    let Some((steps, _)) = first_different(&ours.rows, theirs) else {
+        return vec![format!("no difference above {DIFFERENT:e}")];
+    };
+    let mut reasons = Vec::new();
+    let other = counterpart(model, method);
+    if !method.integrator.mjcf.contains(&other.as_str()) {
+        reasons.push(format!("integrator: MuJoCo has no {} and runs {other}", method.integrator.name));
+    }
+    reasons.extend(why::reasons(model, method, start, steps));
+    if method.contact.name == mujoco::LAW.name && first_different(kicked, theirs).is_some() {
+        let (_, apart) = largest_difference(kicked, theirs);
+        reasons.push(format!(
+            "rounding grows: MuJoCo itself, all velocities off by {KICK:e}, is up to {apart:.1e} from itself"
+        ));
+    }
+    if reasons.is_empty() {
+        reasons.push("not known".to_owned());
+    }
+    reasons
+}
+
+/// The differences over time, and the coordinate that moves most under every law.
+fn chart(
+    path: &Path,
+    model: &Model,
+    method: &Method,
+    theirs: &[Vec<f64>],
+    laws: &[&'static Law],
+    ours: &[Rollout],
+    file: &Path,
+) -> Result<(), Failure> {
+    let time = |i: usize| i as f64 * method.timestep;
+    let span = |c: usize| {
+        let ends = theirs.iter().fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(q[c]), high.max(q[c])));
+        ends.1 - ends.0
+    };
+    let widest = (0..model.nq).max_by(|&a, &b| span(a).total_cmp(&span(b))).unwrap_or(0);
+    let course = |rows: &[Vec<f64>]| rows.iter().enumerate().map(|(i, q)| [time(i), q[widest]]).collect();
+    let mut courses = vec![Layer::Line(Line::new("MuJoCo", INK, course(theirs)).wide(6.0))];
+    let mut differences = Vec::new();
+    for (i, (law, rollout)) in laws.iter().zip(ours).enumerate() {
+        // Each narrower than the one under it: curves that agree are seen all the same.
+        let width = 4.0 - 1.25 * i as f64;
+        let line = |points| Layer::Line(Line::new(law.name, CURVES[i], points).dashed(DASHES[i]).wide(width));
+        let pairs = rollout.rows.iter().zip(theirs).enumerate();
+        differences.push(line(pairs.map(|(i, (a, b))| [time(i), worst(a, b).1]).collect()));
+        courses.push(line(course(&rollout.rows)));
+    }
+    let axis = || Axis::linear("time [s]").tight();
+    let difference = Axis { range: [Some(1e-17), None], ..Axis::log("largest |qpos difference| [m or rad]") };
+    let name = coordinates(model).get(widest).map_or_else(String::new, |c| format!("{} [{}]", c.name, c.unit));
+    let panels = vec![
+        Panel::new("Difference from MuJoCo", axis(), difference, differences),
+        Panel::new("What moves most", axis(), Axis::linear(name), courses),
+    ];
+    let how = format!("{}, h = {}; MuJoCo 4.0.0 solving to rounding", method.integrator.name, si(method.timestep, "s"));
+    let figure = Figure { panel_size: [340.0, 300.0], ..Figure::new(path.display().to_string(), how, panels) };
+    plot::save(&figure, file).map_err(|e| Failure::Problem(format!("error: {e}")))
+}
+
+/// Penny's run, solved to rounding as MuJoCo's; it ends early where it diverges.
+fn rows(model: &Model, method: &Method, start: &State, steps: usize) -> Vec<Vec<f64>> {
+    let mut exact = model.clone();
+    exact.opt.tolerance = 0.0;
+    exact.opt.iterations = exact.opt.iterations.max(100);
+    let (mut state, mut data) = (start.clone(), Data::new(&exact));
+    let mut rows = vec![state.qpos.clone()];
+    while rows.len() <= steps && step(&exact, method, &mut state, &mut data).is_ok() {
+        rows.push(state.qpos.clone());
+    }
+    rows
+}
+
+/// Seconds that a step of Penny's run takes with the scene's own tolerance, and one of MuJoCo's: both runs in turns, so
+/// that both see the same machine, and the medians. A run that diverges is measured as far as it goes.
+fn pace(model: &Model, method: &Method, start: &State, steps: usize, mujoco: &mut MuJoCo) -> Result<[f64; 2], Failure> {
+    let mut data = Data::new(model);
+    let (mut ours, mut theirs, mut spent) = (Vec::new(), Vec::new(), 0.0);
+    while ours.len() < LEAST_RUNS || (spent < BUDGET && ours.len() < MOST_RUNS) {
+        let mut state = start.clone();
+        let before = Instant::now();
+        let taken = (0..steps).take_while(|_| step(model, method, &mut state, &mut data).is_ok()).count();
+        let seconds = before.elapsed().as_secs_f64();
+        // The step that diverges takes its time too.
+        ours.push(seconds / (taken + 1).min(steps).max(1) as f64);
+        let their_seconds = mujoco.batch(steps)? * 1e-9;
+        theirs.push(their_seconds / steps.max(1) as f64);
+        spent += seconds + their_seconds;
+    }
+    Ok([median(ours), median(theirs)])
+}
+
+/// The coordinate that differs most, and by how much.
+fn worst(a: &[f64], b: &[f64]) -> (usize, f64) {
+    let differences = a.iter().zip(b).map(|(x, y)| (x - y).abs()).enumerate();
+    differences.max_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, 0.0))
+}
+
+/// Largest difference in the steps up to `i`; `None` where one of the two did not get there.
+fn largest(ours: &Rollout, theirs: &[Vec<f64>], i: usize) -> Option<f64> {
+    let pairs = ours.rows.get(..=i)?.iter().zip(theirs.get(..=i)?);
+    Some(pairs.map(|(a, b)| worst(a, b).1).fold(0.0, f64::max))
+}
+
+/// The first step that differs by more than [`DIFFERENT`], and the coordinate that does.
+fn first_different(ours: &[Vec<f64>], theirs: &[Vec<f64>]) -> Option<(usize, usize)> {
+    let mut pairs = ours.iter().zip(theirs).map(|(a, b)| worst(a, b)).enumerate();
+    pairs.find(|(_, (_, d))| *d > DIFFERENT).map(|(i, (coordinate, _))| (i, coordinate))
+}
+
+/// The coordinate that ever differs most, and by how much.
+fn largest_difference(ours: &[Vec<f64>], theirs: &[Vec<f64>]) -> (usize, f64) {
+    let steps = ours.iter().zip(theirs).map(|(a, b)| worst(a, b));
+    steps.max_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, 0.0))
+}
+
+/// `z of disk`
+fn coordinate_name(model: &Model, coordinate: usize) -> String {
+    coordinates(model).get(coordinate).map_or_else(|| format!("qpos[{coordinate}]"), |c| c.name.clone())
+}

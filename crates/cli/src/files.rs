@@ -1,0 +1,63 @@
+//! Files that commands write: which may be, and what is said of those that cannot.
+
+use std::fs::OpenOptions;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use super::Failure;
+
+/// Checks that files to write (with the options that name them) are apart from one another and from those to read.
+///
+/// Errors: wrong usage, if one would overwrite another.
+pub fn apart(read: &[PathBuf], written: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
+    let written: Vec<(&str, &Path)> = written.iter().filter_map(|(option, path)| Some((*option, (*path)?))).collect();
+    for (i, (option, path)) in written.iter().enumerate() {
+        let name = shown(path);
+        if read.iter().any(|scene| same(scene, path)) {
+            let why = format!("error: {option} would overwrite {name}, which is read: name another file");
+            return Err(Failure::Usage(why));
+        }
+        if let Some((other, _)) = written[..i].iter().find(|(_, other)| same(other, path)) {
+            let why = format!("error: {other} and {option} both write to {name}: name two files");
+            return Err(Failure::Usage(why));
+        }
+    }
+    Ok(())
+}
+
+/// Whether two paths are one file (or both standard output). Devices as /dev/null are shared by all.
+fn same(a: &Path, b: &Path) -> bool {
+    let (a, b) = (real(a), real(b));
+    a == b && a.metadata().map_or(true, |m| m.is_file())
+}
+
+/// The path without links and detours, also of a file that does not exist yet.
+fn real(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let in_folder = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| path.to_owned())
+}
+
+/// Checks before a long run that a file can be written after it; leaves no empty file behind.
+///
+/// Errors: [`cannot_write`].
+pub fn writable(path: &Path) -> Result<(), Failure> {
+    let there = path.exists();
+    OpenOptions::new().write(true).create(true).truncate(false).open(path).map_err(|e| cannot_write(path, &e))?;
+    if !there {
+        std::fs::remove_file(path).map_err(|e| cannot_write(path, &e))?;
+    }
+    Ok(())
+}
+
+/// A file, or standard output where the path is `-`, could not be written.
+pub fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+    match error.kind() {
+        ErrorKind::BrokenPipe => Failure::Closed,
+        _ => Failure::Problem(format!("error: cannot write {}: {}", shown(path), penny::reason(error))),
+    }
+}
+
+fn shown(path: &Path) -> String {
+    if path == Path::new("-") { "standard output".to_owned() } else { format!("`{}`", path.display()) }
+}

@@ -1,0 +1,135 @@
+//! The command line: one file a command. Data goes to standard output only where it was asked for; all else that is
+//! said goes to standard error.
+
+/// As the standard library's, but does not panic where standard error is closed or full: nobody is left to be told.
+macro_rules! eprint {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = write!(std::io::stderr(), $($text)*);
+    }};
+}
+
+/// As [`eprint`], with the end of the line.
+macro_rules! eprintln {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+
+mod bench;
+mod check;
+mod compare;
+mod explain;
+mod files;
+mod format;
+mod map;
+mod mujoco;
+mod play;
+mod render;
+mod run;
+mod scene;
+mod sweep;
+
+use std::alloc::System;
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
+
+/// Counts, so that `penny bench` can show that a step does not allocate.
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// A pocket-sized rigid-body simulator that reads MuJoCo's MJCF files.
+#[derive(Parser)]
+#[command(name = "penny", version, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(override_usage = "penny SCENE.xml [OPTIONS]      the same as penny run\n       penny COMMAND …")]
+#[command(after_help = "penny COMMAND --help lists the options of a command.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Simulate a scene (also without the word: `penny SCENE.xml`)
+    Run(run::Args),
+    /// Report every problem of scene files; exit code 1 if there is an error
+    Check(check::Args),
+    /// Say what a scene requires, and what its numbers mean in SI units
+    Explain(explain::Args),
+    /// Run a scene beside the real MuJoCo: differences and speed
+    Compare(compare::Args),
+    /// Measure nanoseconds per step of every law and integrator
+    Bench(bench::Args),
+    /// The interactive simulator and the game
+    Play(play::Args),
+    /// Pictures and videos, without a display
+    Render(render::Args),
+    /// Weigh accuracy against cost of every method, or draw where the scene stays stable
+    Sweep(sweep::Args),
+}
+
+/// Why a command ended early. Each holds all that there is to say.
+enum Failure {
+    /// The scene or the run has a problem: exit code 1.
+    Problem(String),
+    /// The command line asks for what cannot be: exit code 2.
+    Usage(String),
+    /// Whoever read the output has enough (`| head`): nothing to say.
+    Closed,
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Failure {
+        match error.kind() {
+            std::io::ErrorKind::BrokenPipe => Failure::Closed,
+            _ => Failure::Problem(format!("error: {}", penny::reason(error))),
+        }
+    }
+}
+
+/// How often memory was allocated so far; `bench` reports the difference.
+fn allocations() -> usize {
+    let stats = ALLOCATOR.stats();
+    stats.allocations + stats.reallocations
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse_from(with_command(std::env::args_os().collect()));
+    let outcome = match &cli.command {
+        Command::Run(args) => run::run(args),
+        Command::Check(args) => check::check(args),
+        Command::Explain(args) => explain::explain(args),
+        Command::Compare(args) => compare::compare(args),
+        Command::Bench(args) => bench::bench(args, allocations),
+        Command::Play(args) => play::play(args),
+        Command::Render(args) => render::render(args),
+        Command::Sweep(args) => sweep::sweep(args),
+    };
+    let (text, code) = match outcome {
+        Ok(()) | Err(Failure::Closed) => return ExitCode::SUCCESS,
+        Err(Failure::Problem(text)) => (text, 1),
+        Err(Failure::Usage(text)) => (text, 2),
+    };
+    eprintln!("{}", text.trim_end());
+    ExitCode::from(code)
+}
+
+/// Inserts `run` where the first argument is no command but a file or an option.
+fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
+    let own = ["-h", "--help", "-V", "--version"];
+    let is_run = args.get(1).is_some_and(|first| {
+        let text = first.to_string_lossy();
+        let option = text.starts_with('-') && !own.contains(&text.as_ref());
+        // A word that is neither stays: the command line's parser knows how to suggest the nearest command.
+        option || text.contains(['.', '/', '\\']) || Path::new(first).exists()
+    });
+    if is_run {
+        args.insert(1, "run".into());
+    }
+    args
+}

@@ -1,0 +1,144 @@
+//! The real MuJoCo, through Python: a child that answers over a pipe.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use serde_json::{Value, json};
+
+use super::Failure;
+use penny::forward::Method;
+use penny::model::Model;
+use penny::state::State;
+
+const SCRIPT: &str = include_str!("mujoco.py");
+/// Penny compares itself with this version.
+const VERSION: &str = "4.0.0";
+const INSTALL: &str = "  help: python3 -m venv .venv && .venv/bin/pip install mujoco==4.0.0\n  \
+                       Penny finds .venv/bin/python by itself; elsewhere set PENNY_PYTHON=path/to/python";
+
+pub struct MuJoCo {
+    child: Child,
+    requests: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+/// A scene as MuJoCo gets it.
+pub enum Scene<'a> {
+    Path(&'a Path),
+    Text(&'a str),
+}
+
+impl MuJoCo {
+    /// Starts Python and checks MuJoCo's version.
+    pub fn start() -> Result<MuJoCo, Failure> {
+        let python = python();
+        // MuJoCo writes its log into the working directory: not the user's.
+        let child = Command::new(&python)
+            .args(["-c", SCRIPT])
+            .current_dir(std::env::temp_dir())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let missing =
+            |why: String| Failure::Problem(format!("error: MuJoCo {VERSION} is needed, but {why}\n{INSTALL}"));
+        let mut child = child.map_err(|e| missing(format!("{} does not start: {e}", python.display())))?;
+        let (Some(requests), Some(answers)) = (child.stdin.take(), child.stdout.take()) else {
+            return Err(missing("its pipes are closed".to_owned()));
+        };
+        let mut mujoco = MuJoCo { child, requests, answers: BufReader::new(answers) };
+        let hello = mujoco.answer().map_err(|_| missing(format!("{} has none", python.display())))?;
+        match hello["version"].as_str() {
+            Some(VERSION) => Ok(mujoco),
+            found => Err(missing(format!("{} has {}", python.display(), found.unwrap_or("none")))),
+        }
+    }
+
+    /// Loads a scene and puts it into a state. `exact`: solver tolerance 0 instead of the scene's.
+    pub fn load(
+        &mut self,
+        scene: &Scene,
+        model: &Model,
+        method: &Method,
+        state: &State,
+        exact: bool,
+    ) -> Result<(), Failure> {
+        let mut request = json!({
+            "do": "load",
+            "timestep": method.timestep,
+            "integrator": counterpart(model, method),
+            "exact": exact,
+            "time": state.time,
+            "qpos": state.qpos,
+            "qvel": state.qvel,
+            "ctrl": state.ctrl,
+        });
+        match scene {
+            Scene::Path(path) => request["path"] = json!(std::fs::canonicalize(path)?),
+            Scene::Text(text) => request["xml"] = json!(text),
+        }
+        self.ask(request).map(|_| ())
+    }
+
+    /// qpos at the start and after every `every` steps; shorter where MuJoCo called the run unstable.
+    pub fn rollout(&mut self, steps: usize, every: usize) -> Result<Vec<Vec<f64>>, Failure> {
+        let answer = self.ask(json!({ "do": "rollout", "steps": steps, "every": every }))?;
+        let row = |row: &Value| row.as_array().map(|r| r.iter().filter_map(Value::as_f64).collect());
+        Ok(answer["rows"].as_array().map(|rows| rows.iter().filter_map(row).collect()).unwrap_or_default())
+    }
+
+    /// Steps to a typical state, from which batches start.
+    pub fn warm(&mut self, steps: usize) -> Result<(), Failure> {
+        self.ask(json!({ "do": "warm", "steps": steps })).map(|_| ())
+    }
+
+    /// Nanoseconds of `steps` steps from the state that [`MuJoCo::warm`] left, measured inside Python.
+    pub fn batch(&mut self, steps: usize) -> Result<f64, Failure> {
+        let answer = self.ask(json!({ "do": "batch", "steps": steps }))?;
+        answer["ns"].as_f64().ok_or_else(|| gone("its answer has no time"))
+    }
+
+    fn ask(&mut self, request: Value) -> Result<Value, Failure> {
+        writeln!(self.requests, "{request}").map_err(|e| gone(&e.to_string()))?;
+        self.answer()
+    }
+
+    fn answer(&mut self) -> Result<Value, Failure> {
+        let mut line = String::new();
+        self.answers.read_line(&mut line).map_err(|e| gone(&e.to_string()))?;
+        let answer: Value = serde_json::from_str(&line).map_err(|_| gone("it stopped answering"))?;
+        match answer["error"].as_str() {
+            Some(error) => Err(Failure::Problem(format!("error: MuJoCo says: {error}"))),
+            None => Ok(answer),
+        }
+    }
+}
+
+impl Drop for MuJoCo {
+    fn drop(&mut self) {
+        // It waits for the next request; nothing is lost.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn gone(why: &str) -> Failure {
+    Failure::Problem(format!("error: MuJoCo's Python process failed: {why}"))
+}
+
+/// MuJoCo's keyword for the integrator; the scene's own where MuJoCo has no such integrator.
+pub fn counterpart(model: &Model, method: &Method) -> String {
+    let own = &model.opt.integrator;
+    let listed = method.integrator.mjcf;
+    if listed.contains(&own.as_str()) { own.clone() } else { listed.first().unwrap_or(&own.as_str()).to_string() }
+}
+
+/// `PENNY_PYTHON`, or a virtual environment here, or the system's.
+fn python() -> PathBuf {
+    let here = || std::env::current_dir().ok().map(|d| d.join(".venv/bin/python")).filter(|p| p.exists());
+    let named = std::env::var_os("PENNY_PYTHON").map(PathBuf::from);
+    // The child starts elsewhere: a relative path must not depend on it.
+    let named = named.map(|p| if p.components().count() > 1 { std::path::absolute(&p).unwrap_or(p) } else { p });
+    named.or_else(here).unwrap_or_else(|| PathBuf::from("python3"))
+}

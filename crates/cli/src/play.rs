@@ -1,0 +1,109 @@
+//! `penny play`: the interactive simulator and the game.
+
+use std::path::{Path, PathBuf};
+
+use super::Failure;
+use super::render::{beside, read_log};
+use super::scene::{MethodArgs, StartArgs, whole};
+use penny_view::game::LEVELS;
+use penny_view::open::{self, Opened};
+use penny_view::session::{Player, Session};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// MJCF file; models/goal.xml is the game
+    #[arg(value_name = "SCENE.xml", required_unless_present = "replay")]
+    scene: Option<PathBuf>,
+    /// Write the session's inputs to this file when the window is closed
+    #[arg(long, value_name = "run.json")]
+    record: Option<PathBuf>,
+    /// Play a recorded session again, bit for bit
+    #[arg(long, value_name = "run.json", conflicts_with = "scene")]
+    replay: Option<PathBuf>,
+    /// Seed of the game's passes
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>, allow_negative_numbers = true)]
+    seed: u64,
+    /// Level of the game: still, pass, keeper, circle
+    #[arg(long, value_name = "NAME")]
+    level: Option<String>,
+    /// Show the same scene under this law as a ghost
+    #[arg(long, value_name = "LAW")]
+    ghost: Option<String>,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    start: StartArgs,
+}
+
+/// Opens a scene; its warnings are printed.
+pub fn opened(path: &Path) -> Result<Opened, Failure> {
+    let opened = open::open(path).map_err(Failure::Problem)?;
+    if !opened.warnings.is_empty() {
+        eprint!("{}", opened.warnings);
+    }
+    Ok(opened)
+}
+
+/// A recorded session before its first step, and what drives it.
+pub fn recorded(path: &Path) -> Result<(Session, Player), Failure> {
+    let log = read_log(path)?;
+    let scene = beside(&log.scene, path);
+    let opened = opened(&scene)?;
+    let session = Session::from_log(&log, opened.model, &opened.hash)
+        .map_err(|e| Failure::Problem(format!("error: {}: {e}", path.display())))?;
+    Ok((session, Player::new(log)))
+}
+
+fn level(name: &str) -> Result<usize, Failure> {
+    LEVELS.iter().position(|l| l.name == name).ok_or_else(|| {
+        let names: Vec<&str> = LEVELS.iter().map(|l| l.name).collect();
+        Failure::Usage(format!("error: there is no level `{name}`: there is {}", names.join(", ")))
+    })
+}
+
+#[cfg(feature = "play")]
+pub fn play(args: &Args) -> Result<(), Failure> {
+    use super::files;
+    use penny::contact;
+    use penny_view::session::Source;
+    use penny_view::stage::Stage;
+    use penny_window::window::{Open, run};
+    let chosen = args.level.as_deref().map(level).transpose()?;
+    if let Some(name) = args.ghost.as_deref().filter(|name| contact::by_name(name).is_none()) {
+        let names: Vec<&str> = contact::ALL.iter().map(|l| l.name).collect();
+        return Err(Failure::Usage(format!("error: there is no contact law `{name}`: there is {}", names.join(", "))));
+    }
+    let read: Vec<PathBuf> = args.scene.iter().chain(&args.replay).cloned().collect();
+    files::apart(&read, &[("--record", args.record.as_deref())])?;
+    let (path, files, mut stage) = match (&args.replay, &args.scene) {
+        (Some(run), _) => {
+            let (session, player) = recorded(run)?;
+            let path = PathBuf::from(&session.source.path);
+            let mut stage = Stage::new(session, 0, None, false);
+            stage.replay(player);
+            (path, Vec::new(), stage)
+        }
+        (None, Some(scene)) => {
+            let path = chosen.map_or_else(|| scene.clone(), |level| scene.with_file_name(LEVELS[level].scene));
+            let opened = opened(&path)?;
+            let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
+            let source = Source { path: path.display().to_string(), hash: opened.hash, seed: args.seed };
+            let session = Session::new(opened.model, method, state, source);
+            (path, opened.files, Stage::new(session, args.seed, chosen, true))
+        }
+        (None, None) => return Err(Failure::Usage("error: name a scene: penny play SCENE.xml".to_owned())),
+    };
+    stage.set_ghost(args.ghost.as_deref());
+    run(Open { path, stage, files, record: args.record.clone() }).map_err(|e| Failure::Problem(format!("error: {e}")))
+}
+
+#[cfg(not(feature = "play"))]
+pub fn play(args: &Args) -> Result<(), Failure> {
+    let _ = (&args.scene, &args.replay, &args.record, &args.seed, &args.ghost, &args.method, &args.start);
+    args.level.as_deref().map(level).transpose()?;
+    Err(Failure::Problem(
+        "error: this penny was built without the window: `cargo run --features play -- play SCENE.xml` builds it; \
+         `penny render SCENE.xml -o out.gif` makes pictures and videos without it"
+            .to_owned(),
+    ))
+}

@@ -1,0 +1,220 @@
+//! `penny render`: pictures and videos without a display.
+
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Failure;
+use super::files;
+use super::play::{opened, recorded};
+use super::scene::{MethodArgs, StartArgs};
+use penny_view::film::Film;
+use penny_view::log::Log;
+use penny_view::paint::{Image, Painter};
+use penny_view::scene;
+use penny_view::session::{Player, Session, Source};
+use penny_view::video::{Format, Shape, Video};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// MJCF file, or a session recorded by `penny play --record`
+    #[arg(value_name = "SCENE.xml|run.json")]
+    input: PathBuf,
+    /// File to write: .gif, .png (the last picture), .apng, .mp4 or .webm (these two through ffmpeg)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Pixels [default: 640x480, with --panel 1280x720]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[usize; 2]>,
+    /// Frames per second [default: 50, .apng 30, .mp4 and .webm 60]
+    #[arg(long, value_name = "N", value_parser = positive, allow_hyphen_values = true)]
+    fps: Option<f64>,
+    /// Simulated seconds [default: 3, or the whole recorded session]
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
+    time: Option<f64>,
+    /// Simulated seconds per second of film
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_hyphen_values = true)]
+    speed: f64,
+    /// Where from: azimuth and elevation in degrees, distance and target in m [default: all that moves is seen]
+    #[arg(long, value_name = "A,E[,D[,X,Y,Z]]", allow_hyphen_values = true)]
+    camera: Option<String>,
+    /// Body that the camera follows; `none` [default: the only one that moves]
+    #[arg(long, value_name = "BODY")]
+    follow: Option<String>,
+    /// No arrows, no trails
+    #[arg(long)]
+    plain: bool,
+    /// With side panel and plots, as `penny play` shows them
+    #[arg(long)]
+    panel: bool,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    start: StartArgs,
+}
+
+/// s
+const DEFAULT_TIME: f64 = 3.0;
+
+pub fn render(args: &Args) -> Result<(), Failure> {
+    let format = Format::of(&args.output).map_err(usage)?;
+    files::apart(std::slice::from_ref(&args.input), &[("--output", Some(&args.output))])?;
+    let (mut session, player) = session(args)?;
+    let recorded = player.as_ref().map(|p| p.log().duration());
+    let duration = args.time.or(recorded).unwrap_or(DEFAULT_TIME);
+    let fps = args.fps.unwrap_or(format.usual_fps());
+    let film = film(args, &session, fps)?;
+    let whole = recorded.is_some() && args.time.is_none();
+    let frames = if whole { film.frames_to_end(duration) } else { film.frames(duration) };
+    let [width, height] = args.size.unwrap_or(if args.panel { [1280, 720] } else { [640, 480] });
+    let mut video = Video::create(&args.output, Shape { width, height, fps, frames }).map_err(problem)?;
+    let bar = ProgressBar::new(frames as u64);
+    // The template is constant and right.
+    if let Ok(style) = ProgressStyle::with_template("  {bar:40} {pos}/{len} frames, {eta} left") {
+        bar.set_style(style);
+    }
+    // Of a single picture only the last frame is drawn.
+    let first = if format == Format::Png { frames - 1 } else { 0 };
+    let mut write = |image: &Image| {
+        bar.inc(1);
+        video.push(image).map_err(problem)
+    };
+    session = if args.panel {
+        with_panel(session, player, film, first..frames, [width, height], &mut write)?
+    } else {
+        let (mut film, mut player) = (film, player);
+        let threads = std::thread::available_parallelism().map_or(1, |n| n.get().min(8));
+        let (mut painter, mut image) = (Painter::new(threads), Image::new(width, height));
+        for i in first..frames {
+            let list = film.frame(i, &mut session, player.as_mut()).map_err(problem)?;
+            painter.paint(&list, &mut image);
+            write(&image)?;
+        }
+        session
+    };
+    video.finish().map_err(problem)?;
+    bar.finish_and_clear();
+    eprintln!("{}: {}", args.output.display(), counted(frames - first, fps));
+    eprintln!("{}", session.summary());
+    Ok(())
+}
+
+fn counted(frames: usize, fps: f64) -> String {
+    if frames == 1 { "one picture".to_owned() } else { format!("{frames} frames, {:.2} s", frames as f64 / fps) }
+}
+
+/// The session to film, and what drives it if it was recorded.
+fn session(args: &Args) -> Result<(Session, Option<Player>), Failure> {
+    if args.input.extension().is_some_and(|e| e == "json") {
+        if args.method.given() || args.start.given() {
+            let why = "error: a recorded session brings its own method and start; these options are for scenes";
+            return Err(Failure::Usage(why.to_owned()));
+        }
+        let (session, player) = recorded(&args.input)?;
+        return Ok((session, Some(player)));
+    }
+    let opened = opened(&args.input)?;
+    let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
+    let source = Source { path: args.input.display().to_string(), hash: opened.hash, seed: 0 };
+    Ok((Session::new(opened.model, method, state, source), None))
+}
+
+fn film(args: &Args, session: &Session, fps: f64) -> Result<Film, Failure> {
+    let model = &session.model;
+    let follow = match args.follow.as_deref() {
+        Some("none") => None,
+        Some(name) => Some(model.bodies.iter().position(|b| b.name == name).ok_or_else(|| {
+            let names: Vec<&str> = model.bodies.iter().skip(1).map(|b| b.name.as_str()).collect();
+            Failure::Usage(format!("error: there is no body `{name}` to follow: there is {}", names.join(", ")))
+        })?),
+        None => match &model.trees[..] {
+            [only] if args.camera.is_none() && !model.numerics.contains_key("penny.goal") => Some(only.bodies.start),
+            _ => None,
+        },
+    };
+    let mut camera = scene::first_look(session);
+    if let Some(text) = &args.camera {
+        camera = camera.parse(text).map_err(usage)?;
+    }
+    let mut film = Film::new(session, camera, follow, fps, args.speed);
+    if args.plain {
+        film.notes = scene::Notes::NONE;
+    }
+    Ok(film)
+}
+
+#[cfg(feature = "play")]
+fn with_panel(
+    session: Session,
+    player: Option<Player>,
+    film: Film,
+    frames: std::ops::Range<usize>,
+    [width, height]: [usize; 2],
+    write: &mut dyn FnMut(&Image) -> Result<(), Failure>,
+) -> Result<Session, Failure> {
+    use penny_view::stage::Stage;
+    use penny_window::{App, headless::Headless};
+    let mut stage = Stage::watch(session, film, player);
+    // Plots need the steps before the first picture too.
+    let mut window = Headless::new(width, height);
+    let skipped = frames.start;
+    stage.advance(skipped).map_err(problem)?;
+    let mut app = App::new(stage);
+    for i in frames {
+        if i > skipped {
+            app.stage.advance(i).map_err(problem)?;
+        }
+        // egui lays out in its first pass and knows sizes in the second.
+        for _ in 0..if i == skipped { 2 } else { 0 } {
+            window.frame(&mut app, 0.0, Vec::new());
+        }
+        write(&window.frame(&mut app, 0.0, Vec::new()))?;
+    }
+    Ok(app.stage.session)
+}
+
+#[cfg(not(feature = "play"))]
+fn with_panel(
+    _: Session,
+    _: Option<Player>,
+    _: Film,
+    _: std::ops::Range<usize>,
+    _: [usize; 2],
+    _: &mut dyn FnMut(&Image) -> Result<(), Failure>,
+) -> Result<Session, Failure> {
+    Err(Failure::Usage(
+        "error: --panel needs a penny with the window: `cargo run --features play -- render …` builds it".to_owned(),
+    ))
+}
+
+fn size(text: &str) -> Result<[usize; 2], String> {
+    let wrong = || format!("a size is WIDTHxHEIGHT with 16 to 8192 pixels each, not `{text}`");
+    let (w, h) = text.split_once(['x', 'X', '×']).ok_or_else(wrong)?;
+    let side = |s: &str| s.trim().parse().ok().filter(|n| (16..=8192).contains(n)).ok_or_else(wrong);
+    Ok([side(w)?, side(h)?])
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0).ok_or_else(|| "must be a number above 0".to_owned())
+}
+
+fn problem(text: String) -> Failure {
+    Failure::Problem(format!("error: {text}"))
+}
+
+fn usage(text: String) -> Failure {
+    Failure::Usage(format!("error: {text}"))
+}
+
+/// A path as one reads it from a log: as it stands, or beside the log.
+pub fn beside(path: &str, log: &Path) -> PathBuf {
+    let path = PathBuf::from(path);
+    if path.exists() { path } else { log.parent().unwrap_or(Path::new("")).join(path.file_name().unwrap_or_default()) }
+}
+
+/// Reads a recorded session's file.
+pub fn read_log(path: &Path) -> Result<Log, Failure> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| problem(format!("cannot read `{}`: {}", path.display(), penny::reason(e))))?;
+    Log::parse(&text).map_err(|e| problem(format!("{}: {e}", path.display())))
+}

@@ -1,0 +1,392 @@
+//! `penny run`: simulates a scene, tells about it, and writes it down where asked.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+mod doubts;
+
+use self::doubts::{Ledger, Overlap};
+use super::Failure;
+use super::explain::{hopping, largest_timestep, requirements};
+use super::files;
+use super::format::{count, fixed, short, si, table};
+use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
+use penny::data::Data;
+use penny::forward::{Diverged, Method, step};
+use penny::model::{JointKind, Model};
+use penny::state::State;
+use penny_lab::explain::{self, probe};
+use penny_lab::plot;
+use penny_lab::record::{Csv, Json, Lines, Picture, Recorder, Sample};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// MJCF file
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
+    #[command(flatten)]
+    length: LengthArgs,
+    /// Write every N-th step into the files of --csv, --json and --plot
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(value_parser = scene::at_least_one, allow_negative_numbers = true)]
+    every: usize,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    start: StartArgs,
+    /// Write the trajectory as CSV; `-` is standard output
+    #[arg(long, value_name = "FILE|-")]
+    csv: Option<PathBuf>,
+    /// Write the trajectory as JSON; `-` is standard output. The file is valid even if the run is interrupted
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<PathBuf>,
+    /// Draw position, energy, penetration and phase over time: a file that ends in .svg or .png
+    #[arg(long, value_name = "FILE", value_parser = scene::picture)]
+    plot: Option<PathBuf>,
+}
+
+/// Lines of the table over time.
+const LINES: usize = 10;
+/// Steps between two looks at the clock.
+const BATCH: usize = 4096;
+/// A run that takes longer than this shows its progress.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let written = [("--csv", &args.csv), ("--json", &args.json), ("--plot", &args.plot)];
+    let model = scene::load_apart(&args.scene, &written.map(|(option, path)| (option, path.as_deref())))?;
+    let method = args.method.method(&model)?;
+    let mut state = args.start.state(&model)?;
+    let steps = args.length.steps(method.timestep)?;
+    if let Some(path) = &args.plot {
+        files::writable(path)?;
+    }
+    let mut outputs = Outputs::open(args, &model, &method)?;
+    let mut recorder = Recorder::new(&model);
+    let first = recorder.sample(&model, &state);
+    let overlap = Overlap::find(&model, recorder.contacts());
+    let (text, limit) = account(&args.scene, &model, &method, &state, steps);
+    eprint!("{text}{}{}", warning(&method, &limit), overlap.as_ref().map_or_else(String::new, |o| o.warning(&model)));
+
+    let mut lines = vec![heading(&model)];
+    let mut data = Data::new(&model);
+    let stride = steps.div_ceil(LINES).max(1);
+    let progress = Progress::new(steps);
+    let mut elapsed = Duration::ZERO;
+    let mut failed = None;
+    let mut energy = Ledger::new(&model, &first);
+    let mut i = 0;
+    loop {
+        let (written, listed) = (outputs.any() && i % args.every == 0, i % stride == 0 || i == steps);
+        if written || listed {
+            let sample = recorder.sample(&model, &state);
+            if written {
+                outputs.write(&state, &sample)?;
+            }
+            if listed {
+                lines.push(line(&model, &state, &sample));
+                energy.enter(&sample);
+            }
+        }
+        if i == steps {
+            break;
+        }
+        // On to the next step that something is done at.
+        let row = if outputs.any() { args.every } else { BATCH };
+        let until = [row, stride, BATCH].map(|n| (i / n + 1) * n).into_iter().min().unwrap_or(steps).min(steps);
+        let before = Instant::now();
+        let outcome = (i..until).try_for_each(|_| step(&model, &method, &mut state, &mut data));
+        elapsed += before.elapsed();
+        if let Err(diverged) = outcome {
+            failed = Some(diverged);
+            break;
+        }
+        i = until;
+        progress.at(i, elapsed);
+    }
+    progress.finish();
+    eprint!("\n{}{}", caption(&model), table(&lines));
+    let picture = outputs.finish()?;
+    if let (Some(path), Some(picture)) = (&args.plot, picture) {
+        let how = format!("{}, {}, h = {}", method.contact.name, method.integrator.name, si(method.timestep, "s"));
+        let start = args.start.told();
+        let how = if start.is_empty() { how } else { format!("{how}; start: {start}") };
+        let figure = picture.figure(&args.scene.display().to_string(), &how);
+        plot::save(&figure, path).map_err(|e| Failure::Problem(format!("error: {e}")))?;
+    }
+    if let Some(diverged) = failed {
+        return Err(Failure::Problem(report(&model, &method, &data, &diverged)));
+    }
+    if steps > 0 {
+        eprintln!("\n  {}", pace(steps, method.timestep, elapsed));
+        eprint!("{}", super::explain::unsolved(&data, steps));
+    }
+    if energy.grew() && model.actuators.is_empty() {
+        let limit = limit.map(|(limit, _)| limit);
+        eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit));
+    }
+    Ok(())
+}
+
+/// The largest safe timestep, s, and whose it is, where the run's own is beyond it.
+type Limit = Option<(f64, String)>;
+
+/// What is computed, how, and how far from its limit.
+fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: usize) -> (String, Limit) {
+    let mut rows: Vec<[String; 2]> = requirements(model);
+    rows.push(["contact law".into(), format!("{}: {}", method.contact.name, method.contact.about)]);
+    if !method.contact.joints && model.plan.limits + model.plan.frictionloss > 0 {
+        rows.push([
+            String::new(),
+            "it has no joint limits and no dry friction of joints: those of the scene do nothing".into(),
+        ]);
+    }
+    rows.push(["integrator".into(), format!("{}: {}", method.integrator.name, method.integrator.about)]);
+    let touches = explain::touches(model, method);
+    for line in super::explain::springs(model, method, &touches).into_iter().take(4) {
+        rows.push(["spring".into(), line]);
+    }
+    for (touch, hop) in hopping(model, method, &touches) {
+        let probe::Hop { rest, depth: [low, high], fall } = hop;
+        rows.push([
+            "rest".into(),
+            format!(
+                "{touch}: none; by its formula {} deep, but a step falls g h² = {}: it hops, {} off to {} deep (see explain)",
+                si(rest, "m"),
+                si(fall, "m"),
+                si(-low, "m"),
+                si(high, "m")
+            ),
+        ]);
+    }
+    let mut step = format!("{}, {}", si(method.timestep, "s"), count(steps, "step", "steps"));
+    let limit = largest_timestep(model, method, &touches);
+    if let Some((limit, names)) = &limit {
+        step += &match limit {
+            limit if *limit >= explain::probe::LARGEST => "; no spring alone limits it".to_owned(),
+            _ => format!(
+                "; {names} alone is stable up to {}: margin {}",
+                si(*limit, "s"),
+                short(limit / method.timestep)
+            ),
+        };
+    }
+    rows.push(["step".into(), step]);
+    if !model.keyframes.is_empty() {
+        rows.push(["keyframes".into(), format!("{}: start from one with --key", scene::keys(model))]);
+    }
+    let mut text = format!("{}\n", path.display());
+    for [name, value] in rows {
+        text += &format!("  {name:<12} {value}\n");
+    }
+    // A limit of the probe's own is none of the scene's.
+    let limit = limit.filter(|(limit, _)| *limit < explain::probe::LARGEST);
+    (text, safe(model, method, start, limit))
+}
+
+/// The largest timestep that bears both a spring alone and the start of the run, tried out, and whose it is; `None` if
+/// the run's own does.
+fn safe(model: &Model, method: &Method, start: &State, limit: Limit) -> Limit {
+    // Where the smallest step tried gains, too, the timestep is not the cause: a start deep in the ground, for instance.
+    let rehearsed = |timestep: f64| {
+        let limit = explain::rehearsal::largest_timestep(model, &Method { timestep, ..*method }, start);
+        limit.filter(|limit| *limit > 0.0)
+    };
+    match limit.filter(|(limit, _)| *limit < method.timestep) {
+        Some((limit, names)) if limit > 0.0 => Some((rehearsed(rounded_down(limit)).unwrap_or(limit), names)),
+        Some(none) => Some(none),
+        None => rehearsed(method.timestep).map(|limit| (limit, "the scene".to_owned())),
+    }
+}
+
+/// Said before the first step where the timestep is beyond what the springs bear.
+fn warning(method: &Method, limit: &Limit) -> String {
+    let integrator = method.integrator.name;
+    match limit {
+        Some((0.0, names)) => {
+            format!("warning: {names} gains energy at any timestep with {integrator}: take another --integrator\n")
+        }
+        Some((limit, names)) if *limit < method.timestep => format!(
+            "warning: at this timestep {names} gains energy until the run means nothing; the largest safe one with \
+             {integrator} is {}: --timestep {:.1e}\n",
+            si(*limit, "s"),
+            rounded_down(*limit)
+        ),
+        _ => String::new(),
+    }
+}
+
+/// Two digits, never above the number.
+fn rounded_down(x: f64) -> f64 {
+    let unit = 10f64.powf(x.log10().floor() - 1.0);
+    (x / unit).floor() * unit
+}
+
+/// Joint coordinates in the table where they are few and plain; otherwise the centre of mass of all that moves.
+fn shows_joints(model: &Model) -> bool {
+    model.nq <= 4 && model.joints.iter().all(|j| matches!(j.kind, JointKind::Slide | JointKind::Hinge))
+}
+
+/// Whose position and speed the table shows, where it is not plain.
+fn caption(model: &Model) -> &'static str {
+    let moving = model.bodies.iter().filter(|b| b.tree.is_some()).count();
+    if moving > 1 && !shows_joints(model) { "  position and speed of the common centre of mass\n" } else { "" }
+}
+
+fn heading(model: &Model) -> Vec<String> {
+    let mut cells = vec!["time s".to_owned()];
+    if shows_joints(model) {
+        for (i, joint) in model.joints.iter().enumerate() {
+            let unit = if joint.kind == JointKind::Hinge { "rad" } else { "m" };
+            let name = if joint.name.is_empty() { format!("qpos{i}") } else { joint.name.clone() };
+            cells.push(format!("{name} {unit}"));
+        }
+    } else {
+        cells.extend(["x m", "y m", "z m"].map(str::to_owned));
+    }
+    cells.extend(["speed m/s", "energy J", "penetration mm", "contacts"].map(str::to_owned));
+    cells
+}
+
+/// One line of the table.
+fn line(model: &Model, state: &State, sample: &Sample) -> Vec<String> {
+    let mut cells = vec![fixed(state.time, 3)];
+    if shows_joints(model) {
+        cells.extend(state.qpos.iter().map(|&q| fixed(q, 4)));
+    } else {
+        cells.extend(sample.com.iter().map(|&x| fixed(x, 4)));
+    }
+    cells.push(fixed(sample.speed, 4));
+    cells.push(fixed(sample.energy, 4));
+    cells.push(if sample.penetration < 1e-12 { "0".to_owned() } else { short(sample.penetration * 1e3) });
+    cells.push(sample.contacts.to_string());
+    cells
+}
+
+fn pace(steps: usize, timestep: f64, elapsed: Duration) -> String {
+    let seconds = elapsed.as_secs_f64();
+    let real = steps as f64 * timestep / seconds;
+    format!(
+        "{} in {}: {} a step, {}× real time",
+        count(steps, "step", "steps"),
+        si(seconds, "s"),
+        si(seconds / steps as f64, "s"),
+        short(real)
+    )
+}
+
+/// What went wrong, where and when, and what to do about it.
+fn report(model: &Model, method: &Method, data: &Data, diverged: &Diverged) -> String {
+    let body = super::explain::body_name(model, diverged.body);
+    let mut text = format!(
+        "error: the run diverged at {:.6} s: {}[{}] of {body} is {:.3e}\n",
+        diverged.time, diverged.quantity, diverged.index, diverged.value
+    );
+    if let Some(contact) = diverged.contact.and_then(|c| data.contacts.get(c)) {
+        let [a, b] = contact.geom.map(|g| super::explain::geom_name(model, g as usize));
+        text += &format!("  its deepest contact: {a} – {b}, {} deep\n", si(-contact.dist, "m"));
+    }
+    let touches = explain::touches(model, method);
+    text += &match largest_timestep(model, method, &touches) {
+        Some((limit, names)) if limit > 0.0 && limit < method.timestep.min(explain::probe::LARGEST) => format!(
+            "  help: {names} is stable up to a timestep of {}, and this one is {}: try --timestep {:.1e}",
+            si(limit, "s"),
+            si(method.timestep, "s"),
+            0.5 * limit
+        ),
+        _ => format!("  help: try a smaller step (--timestep {:.1e}) or another integrator", 0.1 * method.timestep),
+    };
+    text
+}
+
+/// The files, or standard output, that the run is written to.
+struct Outputs<'a> {
+    csv: Option<(&'a Path, Csv)>,
+    json: Option<(&'a Path, Json)>,
+    picture: Option<Picture>,
+}
+
+impl Outputs<'_> {
+    fn open<'a>(args: &'a Args, model: &Model, method: &Method) -> Result<Outputs<'a>, Failure> {
+        let csv = |path: &'a PathBuf| {
+            let csv = create(path).and_then(|out| Csv::new(out, model));
+            csv.map(|csv| (path.as_path(), csv)).map_err(|e| files::cannot_write(path, &e))
+        };
+        let json = |path: &'a PathBuf| {
+            let json = create(path).and_then(|out| Json::new(out, model, method));
+            json.map(|json| (path.as_path(), json)).map_err(|e| files::cannot_write(path, &e))
+        };
+        Ok(Outputs {
+            csv: args.csv.as_ref().map(csv).transpose()?,
+            json: args.json.as_ref().map(json).transpose()?,
+            picture: args.plot.as_ref().map(|_| Picture::new(model)),
+        })
+    }
+
+    fn any(&self) -> bool {
+        self.csv.is_some() || self.json.is_some() || self.picture.is_some()
+    }
+
+    fn write(&mut self, state: &State, sample: &Sample) -> Result<(), Failure> {
+        if let Some((path, csv)) = &mut self.csv {
+            csv.write(state, sample).map_err(|e| files::cannot_write(path, &e))?;
+        }
+        if let Some((path, json)) = &mut self.json {
+            json.write(state, sample).map_err(|e| files::cannot_write(path, &e))?;
+        }
+        if let Some(picture) = &mut self.picture {
+            picture.push(state, sample);
+        }
+        Ok(())
+    }
+
+    /// Completes the files; what is left is to draw the picture.
+    fn finish(self) -> Result<Option<Picture>, Failure> {
+        if let Some((path, csv)) = self.csv {
+            csv.finish().map_err(|e| files::cannot_write(path, &e))?;
+        }
+        if let Some((path, json)) = self.json {
+            json.finish().map_err(|e| files::cannot_write(path, &e))?;
+        }
+        Ok(self.picture)
+    }
+}
+
+fn create(path: &Path) -> io::Result<Lines> {
+    if path == Path::new("-") { Ok(Lines::stream(io::stdout())) } else { File::create(path).map(Lines::file) }
+}
+
+/// A bar on the terminal, once the run takes longer than [`PATIENCE`].
+struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    fn new(steps: usize) -> Progress {
+        let bar = ProgressBar::hidden();
+        bar.set_length(steps as u64);
+        if let Ok(style) = ProgressStyle::with_template("  {wide_bar} {percent} %, {eta} to go") {
+            bar.set_style(style);
+        }
+        Progress { bar }
+    }
+
+    fn at(&self, step: usize, elapsed: Duration) {
+        if elapsed < PATIENCE {
+            return;
+        }
+        if self.bar.is_hidden() {
+            // Draws only if standard error is a terminal.
+            self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+        }
+        self.bar.set_position(step as u64);
+    }
+
+    fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

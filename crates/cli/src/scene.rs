@@ -1,0 +1,345 @@
+//! Options that several commands share: which scene, computed how, started where, for how long.
+
+use std::ffi::OsStr;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::{ContextKind, ContextValue};
+use clap::{Arg, Command};
+
+use super::Failure;
+use super::files;
+use super::format::{short, si};
+use penny::Scene;
+use penny::contact::{self, Law};
+use penny::forward::{Method, ROUNDS};
+use penny::integrate::{self, Integrator};
+use penny::mjcf;
+use penny::model::{Joint, JointKind, Keyframe, Model};
+use penny::state::State;
+
+/// s
+const DEFAULT_TIME: f64 = 3.0;
+/// More would take longer than a day even where a step takes 0.1 µs.
+const MOST_STEPS: usize = 1_000_000_000_000;
+
+#[derive(clap::Args, Clone)]
+pub struct MethodArgs {
+    /// Contact law [default: the scene's, else penalty]
+    #[arg(long, value_name = "LAW", value_parser = law_parser())]
+    contact: Option<String>,
+    /// Integrator [default: the scene's]
+    #[arg(long, value_name = "NAME", value_parser = integrator_parser())]
+    integrator: Option<String>,
+    /// Timestep in seconds [default: the scene's]
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
+    timestep: Option<f64>,
+    /// Newton steps that the penalty law takes at most to find the forces of a timestep: fewer are quicker where the forces
+    /// change fast, and leave a residual, which the run reports
+    #[arg(long, value_name = "N", default_value_t = ROUNDS, value_parser = at_least_one, allow_negative_numbers = true)]
+    rounds: usize,
+}
+
+#[derive(clap::Args, Clone)]
+pub struct StartArgs {
+    /// Start from this keyframe, by name or index (a scene's keyframes are applied only where named)
+    #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]
+    key: Option<String>,
+    /// Start at these positions, all of them
+    #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
+    qpos: Option<Numbers>,
+    /// Start with these velocities, all of them
+    #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
+    qvel: Option<Numbers>,
+    /// Hold the actuators at these controls, all of them
+    #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
+    ctrl: Option<Numbers>,
+}
+
+#[derive(clap::Args, Clone)]
+pub struct LengthArgs {
+    /// Simulated time in seconds [default: 3]
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true, conflicts_with = "steps")]
+    time: Option<f64>,
+    /// Number of steps instead of a time
+    #[arg(long, value_name = "N", value_parser = whole::<usize>, allow_negative_numbers = true)]
+    steps: Option<usize>,
+}
+
+/// Numbers between blanks or commas.
+#[derive(Clone, Debug)]
+pub struct Numbers(Vec<f64>);
+
+impl MethodArgs {
+    /// Whether the command line asks for any method of its own.
+    pub fn given(&self) -> bool {
+        self.contact.is_some() || self.integrator.is_some() || self.timestep.is_some() || self.rounds != ROUNDS
+    }
+
+    /// How to compute the scene: what was asked for, else what the scene says, else the defaults.
+    pub fn method(&self, model: &Model) -> Result<Method, Failure> {
+        let law = self.contact.as_deref().or(model.contact_law()).unwrap_or(contact::default().name);
+        let integrator = self.integrator.as_deref().unwrap_or(&model.opt.integrator);
+        Ok(Method {
+            contact: contact::by_name(law)
+                .ok_or_else(|| unknown("contact law", law, contact::ALL.iter().map(|l| l.name)))?,
+            integrator: integrate::by_name(integrator)
+                .ok_or_else(|| unknown("integrator", integrator, integrate::ALL.iter().map(|i| i.name)))?,
+            timestep: self.timestep.unwrap_or(model.opt.timestep),
+            rounds: self.rounds,
+        })
+    }
+
+    /// The laws to look at where several are shown: the one asked for, or all.
+    pub fn laws(&self) -> Vec<&'static Law> {
+        let asked = |law: &&Law| self.contact.as_deref().is_none_or(|name| law.name == name);
+        contact::ALL.iter().copied().filter(asked).collect()
+    }
+
+    /// The integrators to look at where several are shown: the one asked for, or all.
+    pub fn integrators(&self) -> Vec<&'static Integrator> {
+        match &self.integrator {
+            Some(name) => integrate::by_name(name).into_iter().collect(),
+            None => integrate::ALL.to_vec(),
+        }
+    }
+}
+
+/// A scene names a law or an integrator that Penny does not have.
+fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Failure {
+    let known: Vec<&str> = known.collect();
+    Failure::Problem(format!("error: the scene asks for the {what} `{name}`; Penny has {}", known.join(", ")))
+}
+
+impl StartArgs {
+    /// Whether the command line asks for any start of its own.
+    pub fn given(&self) -> bool {
+        self.key.is_some() || self.qpos.is_some() || self.qvel.is_some() || self.ctrl.is_some()
+    }
+
+    /// The options given, as one would type them; empty if there are none.
+    pub fn told(&self) -> String {
+        let numbers = |name: &str, given: &Option<Numbers>| {
+            let Numbers(x) = given.as_ref()?;
+            Some(format!("--{name} \"{}\"", x.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")))
+        };
+        let key = self.key.as_ref().map(|key| format!("--key {key}"));
+        let all = [key, numbers("qpos", &self.qpos), numbers("qvel", &self.qvel), numbers("ctrl", &self.ctrl)];
+        all.into_iter().flatten().collect::<Vec<_>>().join(" ")
+    }
+
+    /// Where the run begins.
+    pub fn state(&self, model: &Model) -> Result<State, Failure> {
+        let mut state = State::new(model);
+        if let Some(key) = &self.key {
+            apply_key(model, key, &mut state)?;
+        }
+        set("qpos", &self.qpos, &mut state.qpos, || joint_list(model, qpos_names))?;
+        set("qvel", &self.qvel, &mut state.qvel, || joint_list(model, qvel_names))?;
+        set("ctrl", &self.ctrl, &mut state.ctrl, || {
+            model.actuators.iter().map(|a| a.name.clone()).collect::<Vec<_>>().join(", ")
+        })?;
+        Ok(state)
+    }
+}
+
+fn apply_key(model: &Model, key: &str, state: &mut State) -> Result<(), Failure> {
+    let by_name = model.keyframes.iter().find(|k| k.name == key);
+    let by_index = || key.parse::<usize>().ok().and_then(|i| model.keyframes.get(i));
+    let Some(found) = by_name.or_else(by_index) else {
+        let has = if model.keyframes.is_empty() { "it has none".into() } else { format!("it has {}", keys(model)) };
+        return Err(Failure::Usage(format!("error: the scene has no keyframe `{key}`: {has}")));
+    };
+    state.time = found.time;
+    state.qpos.clone_from(&found.qpos);
+    state.qvel.clone_from(&found.qvel);
+    state.ctrl.clone_from(&found.ctrl);
+    Ok(())
+}
+
+/// The keyframes by name, or by number where they have none.
+pub fn keys(model: &Model) -> String {
+    let name = |(i, k): (usize, &Keyframe)| if k.name.is_empty() { i.to_string() } else { k.name.clone() };
+    model.keyframes.iter().enumerate().map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// Replaces a vector of the state by what the command line gave.
+fn set(name: &str, given: &Option<Numbers>, to: &mut [f64], meaning: impl Fn() -> String) -> Result<(), Failure> {
+    let Some(Numbers(given)) = given else { return Ok(()) };
+    if given.len() != to.len() {
+        let meaning = if to.is_empty() { String::new() } else { format!(": {}", meaning()) };
+        let n = given.len();
+        return Err(Failure::Usage(format!(
+            "error: --{name} has {n} number{}, but this scene has {}{meaning}",
+            if n == 1 { "" } else { "s" },
+            to.len(),
+        )));
+    }
+    to.copy_from_slice(given);
+    Ok(())
+}
+
+/// What each number of `qpos` or `qvel` is: "disk (vx vy vz wx wy wz), …".
+fn joint_list(model: &Model, names: fn(JointKind) -> &'static str) -> String {
+    let one = |j: &Joint| {
+        let name = if j.name.is_empty() { &model.bodies[j.body].name } else { &j.name };
+        match names(j.kind) {
+            "" => name.clone(),
+            parts => format!("{name} ({parts})"),
+        }
+    };
+    let mut list: Vec<String> = model.joints.iter().take(6).map(one).collect();
+    if model.joints.len() > list.len() {
+        list.push(format!("and {} more joints", model.joints.len() - list.len()));
+    }
+    list.join(", ")
+}
+
+fn qpos_names(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Free => "x y z and quaternion w x y z",
+        JointKind::Ball => "quaternion w x y z",
+        JointKind::Slide | JointKind::Hinge => "",
+    }
+}
+
+fn qvel_names(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Free => "vx vy vz wx wy wz",
+        JointKind::Ball => "wx wy wz",
+        JointKind::Slide | JointKind::Hinge => "",
+    }
+}
+
+impl LengthArgs {
+    /// Errors: wrong usage, if nobody could wait for so many steps.
+    pub fn steps(&self, timestep: f64) -> Result<usize, Failure> {
+        let time = self.time.unwrap_or(DEFAULT_TIME);
+        let steps = self.steps.map_or_else(|| (time / timestep).round(), |n| n as f64);
+        if steps <= MOST_STEPS as f64 {
+            return Ok(steps as usize);
+        }
+        let cure = match self.steps {
+            Some(_) => "--steps".to_owned(),
+            None => format!("{} at a timestep of {}", si(time, "s"), si(timestep, "s")),
+        };
+        Err(Failure::Usage(format!(
+            "error: {cure} makes {} steps, which nobody can wait for; the most is {}",
+            short(steps),
+            short(MOST_STEPS as f64),
+        )))
+    }
+}
+
+/// A scene, and what it was warned about.
+pub struct Read {
+    pub model: Model,
+    /// The scene's own and those that it includes.
+    pub files: Vec<PathBuf>,
+    /// The report, for people.
+    pub warnings: String,
+    pub count: usize,
+}
+
+/// Reads and compiles a scene.
+///
+/// Errors: the report of all that is wrong with it.
+pub fn read(path: &Path) -> Result<Read, Failure> {
+    let colour = std::io::stderr().is_terminal();
+    match penny::load(path) {
+        Ok(Scene { document, model, warnings }) => {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let included = document.files.iter().skip(1).map(|source| folder.join(&source.name));
+            let files = std::iter::once(path.to_owned()).chain(included).collect();
+            Ok(Read { model, files, warnings: mjcf::render(&document, &warnings, colour), count: warnings.len() })
+        }
+        Err(failure) => Err(Failure::Problem(mjcf::render(&failure.document, &failure.problems, colour))),
+    }
+}
+
+/// Reads a scene to work with; warnings are printed.
+pub fn load(path: &Path) -> Result<Model, Failure> {
+    load_apart(path, &[])
+}
+
+/// Reads a scene to work with, which is apart from the files to write (each with the option that names it).
+pub fn load_apart(path: &Path, written: &[(&str, Option<&Path>)]) -> Result<Model, Failure> {
+    let read = read(path)?;
+    files::apart(&read.files, written)?;
+    if read.count > 0 {
+        eprintln!("{}", read.warnings);
+    }
+    Ok(read.model)
+}
+
+pub fn law_parser() -> impl TypedValueParser<Value = String> {
+    PossibleValuesParser::new(contact::ALL.iter().map(|l| PossibleValue::new(l.name).help(l.about)))
+}
+
+pub fn integrator_parser() -> impl TypedValueParser<Value = String> {
+    IntegratorParser
+}
+
+/// An integrator by its own or by MJCF's name; a misspelt one gets the nearest as a tip.
+#[derive(Clone)]
+struct IntegratorParser;
+
+impl IntegratorParser {
+    fn values() -> impl Iterator<Item = PossibleValue> {
+        integrate::ALL.iter().map(|i| PossibleValue::new(i.name).help(i.about).aliases(i.mjcf.iter().copied()))
+    }
+}
+
+impl TypedValueParser for IntegratorParser {
+    type Value = String;
+
+    fn parse_ref(&self, cmd: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        PossibleValuesParser::new(Self::values()).parse_ref(cmd, arg, value).map_err(|mut error| {
+            // clap compares with its own names only, and minds the case: `euler` is near to none of them.
+            let names = integrate::ALL.iter().flat_map(|i| [i.name].into_iter().chain(i.mjcf.iter().copied()));
+            if let Some(near) = mjcf::nearest(&value.to_string_lossy(), names) {
+                error.insert(ContextKind::SuggestedValue, ContextValue::String(near.to_owned()));
+            }
+            error
+        })
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(Self::values()))
+    }
+}
+
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
+        _ => Err("must be a number of seconds above 0".to_owned()),
+    }
+}
+
+/// A file that a chart can be written to.
+pub fn picture(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if penny_lab::plot::can_save(&path) { Ok(path) } else { Err("must end in .svg or .png".to_owned()) }
+}
+
+pub fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(n) if n > 0 => Ok(n),
+        _ => Err("must be a whole number above 0".to_owned()),
+    }
+}
+
+/// For `--steps` and the like.
+pub fn whole<N: std::str::FromStr>(text: &str) -> Result<N, String> {
+    text.parse().map_err(|_| "must be a whole number, 0 or more".to_owned())
+}
+
+fn numbers(text: &str) -> Result<Numbers, String> {
+    let one = |word: &str| match word.parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => Err(format!("`{word}` is not a finite number")),
+    };
+    let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty());
+    words.map(one).collect::<Result<_, _>>().map(Numbers)
+}

@@ -1,0 +1,11 @@
+//! The laboratory: what is measured on Penny's engine, and drawn as charts.
+//!
+//!     Model + Method ─ explain → what the numbers mean, and where they lead
+//!     Case + Method ─ sweep → errors and costs, stability maps, closed forms
+//!     State ─ record → CSV, JSON, charts
+//!     Figure ─ plot → SVG, PNG
+
+pub mod explain;
+pub mod plot;
+pub mod record;
+pub mod sweep;

@@ -1,0 +1,42 @@
+//! A recording as JSON: `{"model", "contact", "integrator", "timestep", "columns": […], "rows": [[…], …]}`.
+
+use std::io::Result;
+
+use super::{Lines, Sample, columns, row};
+use penny::forward::Method;
+use penny::model::Model;
+use penny::state::State;
+
+/// Writes rows as they come; the file is valid JSON at any time. JSON has no number for what is not finite: it becomes
+/// `null`.
+pub struct Json {
+    out: Lines,
+    first: bool,
+}
+
+impl Json {
+    pub fn new(out: Lines, model: &Model, method: &Method) -> Result<Json> {
+        let head = serde_json::json!({
+            "model": model.name,
+            "contact": method.contact.name,
+            "integrator": method.integrator.name,
+            "timestep": method.timestep,
+            "columns": columns(model),
+        });
+        // The object stays open: rows follow.
+        let head = head.to_string();
+        let head = format!("{},\"rows\":[", &head[..head.len() - 1]);
+        Ok(Json { out: out.begin(&head, "\n]}\n")?, first: true })
+    }
+
+    pub fn write(&mut self, state: &State, sample: &Sample) -> Result<()> {
+        let comma = if std::mem::take(&mut self.first) { "" } else { "," };
+        let finite = |x: String| if x.contains(['N', 'i']) { "null".to_owned() } else { x };
+        let row: Vec<String> = row(state, sample).map(finite).collect();
+        self.out.push(&format!("{comma}\n[{}]", row.join(",")))
+    }
+
+    pub fn finish(self) -> Result<()> {
+        self.out.finish()
+    }
+}

@@ -1,0 +1,98 @@
+//! A run as a chart: where the centre of mass was, what energy there was, how the largest motion looks in phase space.
+
+use super::{Coordinate, Sample, coordinates};
+use crate::plot::palette::{CURVES, DASHES};
+use crate::plot::{Axis, Figure, Layer, Line, Panel};
+use penny::model::Model;
+use penny::state::State;
+
+/// What a chart needs of each recorded state.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    time: Vec<f64>,
+    samples: Vec<Sample>,
+    /// The coordinates that have a velocity of their own, each with its position and velocity over time.
+    phase: Vec<(Phase, Vec<[f64; 2]>)>,
+}
+
+/// A coordinate with its velocity: indices into qpos and qvel.
+#[derive(Clone, Debug)]
+struct Phase {
+    coordinate: Coordinate,
+    qpos: usize,
+    qvel: usize,
+}
+
+impl Picture {
+    pub fn new(model: &Model) -> Picture {
+        let own = |(qpos, coordinate): (usize, Coordinate)| {
+            let qvel = coordinate.qvel?;
+            Some((Phase { coordinate, qpos, qvel }, Vec::new()))
+        };
+        let phase = coordinates(model).into_iter().enumerate().filter_map(own).collect();
+        Picture { time: Vec::new(), samples: Vec::new(), phase }
+    }
+
+    pub fn push(&mut self, state: &State, sample: &Sample) {
+        self.time.push(state.time);
+        self.samples.push(*sample);
+        for (c, points) in &mut self.phase {
+            points.push([state.qpos[c.qpos], state.qvel[c.qvel]]);
+        }
+    }
+
+    /// The chart. `subtitle` says how it was computed.
+    pub fn figure(&self, title: &str, subtitle: &str) -> Figure {
+        let over_time = |label: &str, i: usize, of: &dyn Fn(&Sample) -> f64| {
+            let points = self.time.iter().zip(&self.samples).map(|(t, s)| [*t, of(s)]).collect();
+            let dash = if label.is_empty() { DASHES[0] } else { DASHES[i] };
+            Layer::Line(Line::new(label, CURVES[i], points).dashed(dash))
+        };
+        let time = || Axis::linear("time [s]").tight();
+        let axes = self.axes_that_change().into_iter();
+        let position = axes.map(|i| over_time(["x", "y", "z"][i], i, &move |s| s.com[i])).collect();
+        let energy = vec![
+            over_time("kinetic", 1, &|s| s.kinetic),
+            over_time("potential", 2, &|s| s.energy - s.kinetic),
+            over_time("sum", 0, &|s| s.energy),
+        ];
+        let mut panels = vec![
+            Panel::new("Centre of mass", time(), Axis::linear("position [m]"), position),
+            Panel::new("Energy", time(), Axis::linear("energy [J]"), energy),
+        ];
+        if self.samples.iter().any(|s| s.contacts > 0) {
+            let depth = vec![over_time("", 2, &|s| 1e3 * s.penetration)];
+            panels.push(Panel::new("Deepest contact", time(), Axis::linear("penetration [mm]"), depth));
+        }
+        let mut subtitle = subtitle.to_owned();
+        match self.phase_panel() {
+            Some(panel) => panels.push(panel),
+            None => subtitle += "\nno phase picture: a ball joint's quaternion has no velocity of its own",
+        }
+        let mut figure = Figure::new(title, subtitle, panels);
+        (figure.columns, figure.panel_size) = (2, [330.0, 220.0]);
+        figure
+    }
+
+    /// The world's axes of which there is something to see: a planar scene stays at zero across its plane.
+    fn axes_that_change(&self) -> Vec<usize> {
+        let spans = [0, 1, 2].map(|i| span(self.samples.iter().map(|s| s.com[i])));
+        let least = 1e-3 * spans.iter().fold(0.0, |a: f64, b| a.max(*b));
+        (0..3).filter(|&i| self.samples.iter().any(|s| s.com[i].abs() >= least)).collect()
+    }
+
+    /// Velocity over position of the coordinate that moves most.
+    fn phase_panel(&self) -> Option<Panel> {
+        let width = |points: &[[f64; 2]]| span(points.iter().map(|p| p[0]));
+        let (c, points) = self.phase.iter().max_by(|a, b| width(&a.1).total_cmp(&width(&b.1)))?;
+        let line = Layer::Line(Line::new("", CURVES[0], points.clone()).wide(1.5));
+        let Coordinate { name, unit, .. } = &c.coordinate;
+        let (x, y) = (format!("{name} [{unit}]"), format!("its velocity [{unit}/s]"));
+        Some(Panel::new("Phase", Axis::linear(x), Axis::linear(y), vec![line]))
+    }
+}
+
+fn span(values: impl Iterator<Item = f64>) -> f64 {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    high - low
+}

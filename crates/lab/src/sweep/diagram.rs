@@ -1,0 +1,69 @@
+//! The work–precision diagram: error over cost, one panel a law, one curve an integrator.
+
+use std::collections::BTreeMap;
+
+use super::grid::{Row, pareto};
+use crate::plot::palette::{CURVES, DASHES, GREY, MARKERS, Rgb};
+use crate::plot::{Axis, Figure, Layer, Line, Panel};
+
+/// Colour of the Pareto front: behind everything.
+const FRONT: Rgb = [255, 214, 102];
+
+/// What the diagram says besides its curves.
+pub struct Words {
+    pub title: String,
+    /// Scene, reference, how it was measured.
+    pub subtitle: String,
+    /// What the error is of: `position [m]`.
+    pub error: String,
+}
+
+/// Error over cost of all stable rows. `uncertainty` of the reference by law, in the error's unit.
+pub fn work_precision(rows: &[Row], words: Words, uncertainty: &BTreeMap<String, f64>) -> Figure {
+    let listed = penny::contact::ALL.iter().map(|law| law.name);
+    let laws: Vec<&str> = listed.filter(|law| rows.iter().any(|r| r.law == *law)).collect();
+    let front: Vec<[f64; 2]> = pareto(rows).into_iter().filter_map(Row::place).map(floor).collect();
+    let panels =
+        laws.iter().map(|law| panel(rows, law, &words.error, &front, uncertainty.get(*law).copied())).collect();
+    let of = if laws.len() > 1 { " of all laws together" } else { "" };
+    let hidden = match rows.iter().filter(|r| r.place().is_none()).count() {
+        0 => String::new(),
+        n => format!(" Not drawn: {n} of {} methods, which were unstable.", rows.len()),
+    };
+    let subtitle = format!(
+        "{}\nDown and left is better; broad: the Pareto front{of}, which no method beats.{hidden}",
+        words.subtitle
+    );
+    Figure { shared: true, ..Figure::new(words.title, subtitle, panels) }
+}
+
+/// An error of 0 has no place on a logarithmic axis: rounding is the least that is shown.
+fn floor([cost, error]: [f64; 2]) -> [f64; 2] {
+    [cost, error.max(1e-16)]
+}
+
+fn panel(rows: &[Row], law: &str, error: &str, front: &[[f64; 2]], uncertainty: Option<f64>) -> Panel {
+    let mut layers = vec![Layer::Line(Line::new("", FRONT, front.to_vec()).wide(9.0))];
+    let ends = rows.iter().filter_map(Row::place).map(|[cost, _]| cost);
+    let (low, high) = ends.fold((f64::INFINITY, 0.0f64), |(l, h), c| (l.min(c), h.max(c)));
+    if let Some(u) = uncertainty.filter(|u| *u > 1e-16 && low < high) {
+        layers.push(Layer::Line(
+            Line::new("uncertain below", GREY, vec![[low, u], [high, u]]).wide(1.0).dashed(DASHES[1]),
+        ));
+    }
+    for (i, integrator) in penny::integrate::ALL.iter().enumerate() {
+        let of = |r: &&Row| r.law == law && r.integrator == integrator.name;
+        let mut points: Vec<[f64; 2]> = rows.iter().filter(of).filter_map(Row::place).map(floor).collect();
+        points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        if !points.is_empty() {
+            let line = Line::new(integrator.name, CURVES[i % CURVES.len()], points);
+            layers.push(Layer::Line(line.dashed(DASHES[i % DASHES.len()]).marked(MARKERS[i % MARKERS.len()])));
+        }
+    }
+    Panel::new(
+        law,
+        Axis::log("computing time per simulated time [s/s]"),
+        Axis::log(format!("error of {error}")),
+        layers,
+    )
+}

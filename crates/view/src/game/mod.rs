@@ -1,0 +1,181 @@
+//! The pass-and-kick game: rules, levels, score. It watches a [`Session`] step by step and
+//! knows no window.
+
+pub mod best;
+pub mod report;
+mod rules;
+
+pub use rules::{Outcome, Rules};
+
+use std::path::Path;
+
+use super::log::{Change, Start};
+use super::session::Session;
+use penny::math::{Vec3, Vec6};
+use penny::state::State;
+
+/// A level: a scene in the same folder, and how the ball comes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Level {
+    pub name: &'static str,
+    pub about: &'static str,
+    pub scene: &'static str,
+    pub pass: bool,
+}
+
+pub const LEVELS: &[Level] = &[
+    Level { name: "still", about: "the ball lies still", scene: "goal.xml", pass: false },
+    Level { name: "pass", about: "a teammate passes", scene: "goal.xml", pass: true },
+    Level { name: "keeper", about: "a pass, and a keeper in the goal", scene: "goal_keeper.xml", pass: true },
+    Level { name: "circle", about: "the tutorial's rolling circle, from the side", scene: "goal_2d.xml", pass: true },
+];
+
+/// A round ends after this long, s.
+const ROUND: f64 = 15.0;
+/// A ball slower than this after the shot has stopped, m/s.
+const STOPPED: f64 = 0.05;
+
+/// One round after another.
+#[derive(Clone, Debug)]
+pub struct Game {
+    pub rules: Rules,
+    /// Index into [`LEVELS`].
+    pub level: usize,
+    pub seed: u64,
+    /// Rounds begun, goals scored, points collected.
+    pub rounds: u64,
+    pub goals: u64,
+    pub points: u64,
+    pub outcome: Option<Outcome>,
+    /// Where and when this round began.
+    pub start: State,
+    pub start_step: u64,
+    /// Distance of the ball from the line at the last push of this round, m.
+    pub shot_from: Option<f64>,
+    last: Vec3,
+}
+
+impl Game {
+    /// The game of a scene that has a goal (`<custom><numeric name="penny.goal" …>`); none for other scenes.
+    pub fn new(session: &Session, level: usize, seed: u64) -> Option<Game> {
+        let rules = Rules::of(&session.model)?;
+        let last = rules.centre(session);
+        let start = session.state.clone();
+        let (rounds, goals, points) = (0, 0, 0);
+        let start_step = session.steps;
+        Some(Game {
+            rules,
+            level,
+            seed,
+            rounds,
+            goals,
+            points,
+            outcome: None,
+            start,
+            start_step,
+            shot_from: None,
+            last,
+        })
+    }
+
+    /// The level that a scene opens with: that of its file, and of those the one that the scene names.
+    pub fn first_level(session: &Session) -> usize {
+        let file = Path::new(&session.source.path).file_name();
+        let own = |level: &Level| file.is_some_and(|name| name == level.scene);
+        let named = |level: &Level| session.model.texts.get("penny.level").is_some_and(|name| name == level.name);
+        let find = |wanted: &dyn Fn(&Level) -> bool| LEVELS.iter().position(wanted);
+        find(&|level| own(level) && named(level)).or_else(|| find(&own)).or_else(|| find(&named)).unwrap_or(0)
+    }
+
+    /// Starts the next round: the ball where the level and the seed put it.
+    pub fn serve(&mut self, session: &mut Session) -> Result<(), String> {
+        let mut state = State::new(&session.model);
+        let key = session.model.keyframes.iter().find(|k| k.name == "start");
+        if let Some(key) = key {
+            state.qpos.clone_from(&key.qpos);
+            state.qvel.clone_from(&key.qvel);
+        }
+        if LEVELS[self.level].pass {
+            self.rules.pass(&session.model, self.seed.wrapping_add(self.rounds), &mut state);
+        }
+        session.push(self.rules.ball, Vec6::zeros())?;
+        session.change(Change::State(Start::of(&state)))?;
+        self.rounds += 1;
+        self.outcome = None;
+        self.shot_from = None;
+        self.start = state;
+        self.start_step = session.steps;
+        self.last = self.rules.centre(session);
+        Ok(())
+    }
+
+    /// The push that the rules let through for the next step: none on anything but the ball, none within 1 m of
+    /// the line, none after the whistle.
+    pub fn allow(&self, session: &Session, body: usize, wrench: Vec6) -> Vec6 {
+        let fair =
+            body == self.rules.ball && self.outcome.is_none() && self.rules.may_push(&self.rules.centre(session));
+        if fair { wrench } else { Vec6::zeros() }
+    }
+
+    /// Watches a step that has just been taken. Returns the outcome in the step that decides the round.
+    pub fn watch(&mut self, session: &Session) -> Option<Outcome> {
+        let now = self.rules.centre(session);
+        let before = std::mem::replace(&mut self.last, now);
+        if self.outcome.is_some() {
+            return None;
+        }
+        if session.pushed(self.rules.ball) != Vec6::zeros() {
+            self.shot_from = Some(self.rules.distance(&before));
+        }
+        let over = self.rules.decide(&before, &now).or_else(|| self.stopped(session, &before, &now))?;
+        self.outcome = Some(over);
+        if over == Outcome::Goal {
+            self.goals += 1;
+            self.points += self.worth();
+        }
+        Some(over)
+    }
+
+    /// Rounds that are over.
+    pub fn played(&self) -> u64 {
+        self.rounds - u64::from(self.outcome.is_none())
+    }
+
+    /// Points of a goal: 100 a level, and 20 for every metre beyond the first.
+    pub fn worth(&self) -> u64 {
+        let far = (self.shot_from.unwrap_or(1.0) - 1.0).max(0.0);
+        100 * (self.level as u64 + 1) + (20.0 * far) as u64
+    }
+
+    /// Time since the serve, s.
+    pub fn time(&self, session: &Session) -> f64 {
+        session.state.time - self.start.time
+    }
+
+    fn stopped(&self, session: &Session, before: &Vec3, now: &Vec3) -> Option<Outcome> {
+        let still = (now - before).norm() < STOPPED * session.method.timestep;
+        let pushed = session.pushed(self.rules.ball) != Vec6::zeros();
+        let late = self.time(session) > ROUND;
+        // A ball that has come too near to be pushed and stops there is lost as well.
+        let ended = still && !pushed && (self.shot_from.is_some() || !self.rules.may_push(now));
+        (late || ended).then_some(Outcome::Stopped)
+    }
+}
+
+/// Random numbers from a seed: SplitMix64 (Steele, Lea, Flood 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    /// Evenly between two numbers.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+}

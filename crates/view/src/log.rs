@@ -1,0 +1,117 @@
+//! What was done to a simulation, step by step: enough to play it again bit for bit.
+
+use serde::{Deserialize, Serialize};
+
+use penny::state::State;
+
+/// A recorded session, as `run.json` holds it.
+///
+/// Floats are written with all their digits and read back exactly.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Log {
+    /// Version of this format.
+    pub penny_run: u32,
+    /// The scene file, as it was given.
+    pub scene: String,
+    /// FNV-1a of the scene file's bytes, in hexadecimal: a replay of another scene is refused.
+    pub scene_hash: String,
+    /// Seed of the game's pass.
+    pub seed: u64,
+    /// How the first step was computed.
+    pub contact: String,
+    pub integrator: String,
+    /// s
+    pub timestep: f64,
+    pub rounds: usize,
+    pub start: Start,
+    /// Steps taken.
+    pub steps: u64,
+    /// In the order of their steps.
+    pub inputs: Vec<Input>,
+}
+
+/// The state that the session began in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    pub time: f64,
+    pub qpos: Vec<f64>,
+    pub qvel: Vec<f64>,
+    pub ctrl: Vec<f64>,
+}
+
+impl Start {
+    pub fn of(state: &State) -> Start {
+        Start { time: state.time, qpos: state.qpos.clone(), qvel: state.qvel.clone(), ctrl: state.ctrl.clone() }
+    }
+}
+
+/// A change that holds from step number `step` on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    pub step: u64,
+    #[serde(flatten)]
+    pub change: Change,
+}
+
+/// What a player can change while the simulation runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Change {
+    /// Force (N) and torque (N m) on a body at its centre of mass, world axes, until changed.
+    Push {
+        body: usize,
+        wrench: [f64; 6],
+    },
+    Contact(String),
+    Integrator(String),
+    /// s
+    Timestep(f64),
+    Rounds(usize),
+    /// m/s²
+    Gravity([f64; 3]),
+    /// Of all contacts.
+    Solref([f64; 2]),
+    /// Of all contacts: sliding (1), torsional (m), rolling (m).
+    Friction([f64; 3]),
+    /// To another state; steps go on counting.
+    State(Start),
+}
+
+/// The version of [`Log`] that this program writes and reads.
+pub const VERSION: u32 = 1;
+
+impl Log {
+    /// Errors: one sentence that says what is wrong with the text.
+    pub fn parse(text: &str) -> Result<Log, String> {
+        let log: Log = serde_json::from_str(text).map_err(|e| format!("this is not a recorded session: {e}"))?;
+        if log.penny_run != VERSION {
+            return Err(format!("this session has format {}, and this penny reads format {VERSION}", log.penny_run));
+        }
+        if log.inputs.windows(2).any(|pair| pair[0].step > pair[1].step) {
+            return Err("this session is damaged: its inputs are not in the order of their steps".to_owned());
+        }
+        Ok(log)
+    }
+
+    /// Simulated time that all steps together cover, s.
+    pub fn duration(&self) -> f64 {
+        let (mut h, mut from, mut sum) = (self.timestep, 0, 0.0);
+        for input in &self.inputs {
+            if let Change::Timestep(next) = input.change {
+                sum += h * (input.step - from) as f64;
+                (h, from) = (next, input.step);
+            }
+        }
+        sum + h * self.steps.saturating_sub(from) as f64
+    }
+
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+}
+
+/// 64-bit FNV-1a (Fowler, Noll, Vo): tells one file from another, not a protection against forgery.
+pub fn hash(bytes: &[u8]) -> String {
+    let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325u64, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    format!("{hash:016x}")
+}

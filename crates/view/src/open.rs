@@ -1,0 +1,57 @@
+//! From a file to a session.
+
+use std::path::{Path, PathBuf};
+
+use super::log;
+use super::session::{Session, Source};
+use penny::forward::Method;
+use penny::mjcf::render;
+use penny::model::Model;
+use penny::state::State;
+use penny::{contact, integrate};
+
+/// A scene and the files it was read from.
+pub struct Opened {
+    pub model: Model,
+    /// Hash of all its files' texts.
+    pub hash: String,
+    pub files: Vec<PathBuf>,
+    /// What the reader warns of, as `penny check` prints it; empty if there is nothing.
+    pub warnings: String,
+}
+
+/// Reads and compiles a scene.
+///
+/// Errors: the same report as `penny check`.
+pub fn open(path: &Path) -> Result<Opened, String> {
+    let scene = penny::load(path).map_err(|failure| failure.to_string())?;
+    let sources = &scene.document.files;
+    let text: Vec<u8> = sources.iter().flat_map(|s| s.text.bytes()).collect();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let included = sources.iter().skip(1).map(|s| folder.join(&s.name));
+    let files = std::iter::once(path.to_owned()).chain(included).collect();
+    let warnings =
+        if scene.warnings.is_empty() { String::new() } else { render(&scene.document, &scene.warnings, false) };
+    Ok(Opened { warnings, model: scene.model, hash: log::hash(&text), files })
+}
+
+/// How a scene asks to be computed.
+///
+/// Errors: one sentence if it asks for what Penny does not have.
+pub fn method(model: &Model) -> Result<Method, String> {
+    let law = model.contact_law().unwrap_or(contact::default().name);
+    let integrator = &model.opt.integrator;
+    Ok(Method {
+        contact: contact::by_name(law).ok_or_else(|| format!("there is no contact law `{law}`"))?,
+        integrator: integrate::by_name(integrator).ok_or_else(|| format!("there is no integrator `{integrator}`"))?,
+        timestep: model.opt.timestep,
+        rounds: penny::forward::ROUNDS,
+    })
+}
+
+/// A session of a scene as its file has it.
+pub fn session(model: Model, path: &Path, hash: String, seed: u64) -> Result<Session, String> {
+    let (method, state) = (method(&model)?, State::new(&model));
+    let source = Source { path: path.display().to_string(), hash, seed };
+    Ok(Session::new(model, method, state, source))
+}
