@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::cure;
 use super::defaults::{MAIN, ORIENTATIONS};
 use super::document::{Attribute, Document, NodeId, Span};
-use super::doubt;
 use super::error::{Problem, ProblemKind};
-use super::schema::{self, Doubt, Element, Kind, Rule, Status};
-use super::suggest::nearest;
+use super::lints;
+use super::nearest::nearest;
+use super::schema::{self, Element, Kind, Lint, Rule, Status};
+use super::suggestions;
 
 /// Finds whatever is wrong with the names and values of a document.
 ///
@@ -58,9 +58,9 @@ impl Check<'_> {
             Status::Ignored(lost) => {
                 self.report(ProblemKind::Ignored { name: element.name.clone(), lost: lost.into() }, element.span);
             }
-            Status::Unsupported(lost, cure) => {
+            Status::Unsupported(lost, help) => {
                 let kind = ProblemKind::Unsupported { name: element.name.clone(), lost: lost.into() };
-                self.problems.push(Problem::new(kind, element.span).help(cure));
+                self.problems.push(Problem::new(kind, element.span).help(help));
                 return self.names_inside(node);
             }
             Status::Supported | Status::Silent => {}
@@ -175,9 +175,9 @@ impl Check<'_> {
             Status::Ignored(lost) => {
                 self.report(ProblemKind::Ignored { name, lost: lost.into() }, attribute.name_span);
             }
-            Status::Unsupported(lost, cure) => {
+            Status::Unsupported(lost, help) => {
                 let kind = ProblemKind::Unsupported { name, lost: lost.into() };
-                self.problems.push(Problem::new(kind, attribute.name_span).help(cure));
+                self.problems.push(Problem::new(kind, attribute.name_span).help(help));
             }
             Status::Supported | Status::Silent => {}
         }
@@ -313,7 +313,7 @@ impl Check<'_> {
             match word.parse::<f64>() {
                 Err(_) => {
                     let kind = ProblemKind::NotANumber { word: word.into() };
-                    self.wrong(kind, attribute, i, cure::number(word, cure::unit_of(column.unit, i)));
+                    self.wrong(kind, attribute, i, suggestions::number(word, suggestions::unit_of(column.unit, i)));
                 }
                 Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => {
                     let kind = ProblemKind::NumberTooLarge { word: word.into() };
@@ -335,7 +335,7 @@ impl Check<'_> {
                 Ok(value) if i32::try_from(value).is_ok() => self.rule(attribute, column, value as f64, word, i),
                 Err(_) if !digits || word.len() <= 9 => {
                     let kind = ProblemKind::NotAnInteger { word: word.into() };
-                    self.wrong(kind, attribute, i, cure::integer(word));
+                    self.wrong(kind, attribute, i, suggestions::integer(word));
                 }
                 _ => {
                     let kind = ProblemKind::NumberTooLarge { word: word.into() };
@@ -357,11 +357,11 @@ impl Check<'_> {
         if !attribute.value.contains(strange) {
             return false;
         }
-        let Some(cure) = cure::separators(&attribute.value, min, max) else {
+        let Some(help) = suggestions::separators(&attribute.value, min, max) else {
             return false;
         };
         let kind = ProblemKind::Separators { attribute: attribute.name.clone() };
-        self.problems.push(Problem::new(kind, attribute.value_span).help(cure));
+        self.problems.push(Problem::new(kind, attribute.value_span).help(help));
         true
     }
 
@@ -372,13 +372,13 @@ impl Check<'_> {
             Rule::MayBeInfinite if !value.is_nan() => return,
             _ if !value.is_finite() => {
                 let kind = ProblemKind::NotFinite { attribute: name, word: text };
-                let help = cure::a_number(cure::unit_of(column.unit, index));
+                let help = suggestions::a_number(suggestions::unit_of(column.unit, index));
                 return self.wrong(kind, attribute, index, help);
             }
             Rule::Positive if value <= 0.0 => "positive".to_string(),
             Rule::NotNegative if value < 0.0 => "zero or positive".to_string(),
             Rule::OneOf(list) if !list.iter().any(|&n| f64::from(n) == value) => or(list.iter().map(i32::to_string)),
-            _ => return self.doubt(attribute, column, word, index),
+            _ => return self.lint(attribute, column, word, index),
         };
         let positive =
             Some(word.trim_start_matches('-')).filter(|_| value < 0.0 && !matches!(column.rule, Rule::OneOf(_)));
@@ -390,12 +390,12 @@ impl Check<'_> {
         self.problems.push(Problem { help, ..problem });
     }
 
-    fn doubt(&mut self, attribute: &Attribute, column: &schema::Attribute, word: &str, index: usize) {
-        if column.doubt == Doubt::None {
+    fn lint(&mut self, attribute: &Attribute, column: &schema::Attribute, word: &str, index: usize) {
+        if column.lint == Lint::None {
             return;
         }
         let all = floats(&attribute.value).unwrap_or_default();
-        if let Some((kind, help)) = doubt::number(column.doubt, &attribute.name, index, word, &all) {
+        if let Some((kind, help)) = lints::number(column.lint, &attribute.name, index, word, &all) {
             self.wrong(kind, attribute, index, help);
         }
     }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::document::{Document, NodeId};
-use super::doubt;
 use super::error::{Problem, ProblemKind};
+use super::lints;
 use super::schema::{self, Element, Kind};
 
 /// A value as it was read.
@@ -50,7 +50,7 @@ impl Classes {
                 let values = class.entry(family(element)).or_default();
                 overlay(document, child, row, values, problems);
                 if degree {
-                    doubt::radians(document, child, row, values, problems);
+                    lints::radians(document, child, row, values, problems);
                 }
             }
         }

@@ -9,7 +9,7 @@ pub struct Problem {
     pub span: Span,
     /// Further places, each with what to say there ("first defined here").
     pub related: Vec<(Span, String)>,
-    /// The cure, if one is known ("did you mean `friction`?").
+    /// What to do, if it is known ("did you mean `friction`?").
     pub help: Option<String>,
 }
 

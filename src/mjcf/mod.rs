@@ -8,29 +8,29 @@
 
 mod bodies;
 mod check;
-mod cure;
 mod defaults;
 pub mod document;
-mod doubt;
 pub mod error;
 mod item;
+mod lints;
+mod nearest;
 mod parse;
 mod read;
 mod render;
 pub mod schema;
 pub mod source;
 pub mod spec;
-mod suggest;
+mod suggestions;
 mod table;
 
 use std::path::Path;
 
 pub use document::{Document, NodeId, Span};
 pub use error::{Problem, ProblemKind, Severity};
+pub use nearest::nearest;
 pub use read::PENNY_TRUTHS;
 pub use render::render;
 pub use spec::Spec;
-pub use suggest::nearest;
 
 /// A scene that can be compiled.
 #[derive(Clone, Debug)]

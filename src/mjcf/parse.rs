@@ -11,8 +11,8 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::document::{Attribute, Document, Node, NodeId, Span};
 use super::error::{Problem, ProblemKind};
+use super::nearest::nearest;
 use super::source::Source;
-use super::suggest::nearest;
 
 /// Deeper nesting is no scene, and would only exhaust the stack of whoever walks the tree.
 const MAX_DEPTH: usize = 200;
@@ -29,8 +29,8 @@ pub fn load(path: &Path) -> (Document, Vec<Problem>) {
             let document = Document { files: vec![Source { name, text: unread.valid }], nodes: Vec::new() };
             let problem = Problem::new(unread.kind, Span::new(0, end, end));
             let near = || Some(path.with_file_name(similar_file(path)?).display().to_string());
-            let problem = match unread.cure {
-                Some(cure) => problem.help(cure),
+            let problem = match unread.help {
+                Some(help) => problem.help(help),
                 None => problem.suggest(near().as_deref()),
             };
             (document, vec![problem])
@@ -59,14 +59,14 @@ pub fn parse(name: &str, text: &str) -> (Document, Vec<Problem>) {
 /// Why a file has no text.
 struct Unread {
     kind: ProblemKind,
-    cure: Option<&'static str>,
+    help: Option<&'static str>,
     /// The part that could be read.
     valid: String,
 }
 
 impl From<ProblemKind> for Unread {
     fn from(kind: ProblemKind) -> Unread {
-        Unread { kind, cure: None, valid: String::new() }
+        Unread { kind, help: None, valid: String::new() }
     }
 }
 
@@ -101,15 +101,15 @@ fn not_utf8(file: String, bytes: &[u8], valid: usize) -> Unread {
     let kind = ProblemKind::NotUtf8 { file: text.name, byte: bytes[valid], line, column };
     // UTF-16 begins with a mark. Apart from it no text has bytes 0, and what has some shows no lines worth reading.
     if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-        return Unread { cure: Some("it is text in UTF-16: save it as UTF-8"), ..kind.into() };
+        return Unread { help: Some("it is text in UTF-16: save it as UTF-8"), ..kind.into() };
     }
     if bytes.contains(&0) {
         return Unread {
-            cure: Some("it is no text at all: a scene is an XML file that begins with `<mujoco>`"),
+            help: Some("it is no text at all: a scene is an XML file that begins with `<mujoco>`"),
             ..kind.into()
         };
     }
-    Unread { kind, cure: Some("save it as UTF-8"), valid: text.text }
+    Unread { kind, help: Some("save it as UTF-8"), valid: text.text }
 }
 
 /// A file beside the missing one with nearly its name.
@@ -461,8 +461,8 @@ impl Parser {
             Err(unread) => {
                 let near = || Some(Path::new(&file).with_file_name(similar_file(&path)?).display().to_string());
                 let problem = Problem::new(unread.kind, place);
-                self.problems.push(match unread.cure {
-                    Some(cure) => problem.help(cure),
+                self.problems.push(match unread.help {
+                    Some(help) => problem.help(help),
                     None => problem.suggest(near().as_deref()),
                 });
             }

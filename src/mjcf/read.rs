@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 use super::bodies::Context;
 use super::defaults::{self, Classes, MAIN, Values};
 use super::document::{Document, NodeId, Span};
-use super::doubt;
 use super::error::{Problem, ProblemKind};
 use super::item::Item;
+use super::lints;
+use super::nearest::nearest;
 use super::schema::{self, Element};
 use super::spec::*;
-use super::suggest::nearest;
 
 /// Reads the scene below the `mujoco` element.
 pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> Spec {
@@ -73,7 +73,7 @@ impl Reader<'_> {
         let class = self.document.attribute(node, "class").map_or(class, |a| a.value.as_str());
         let item = self.overlaid(node, row, self.classes.values(class, element));
         if self.degree {
-            doubt::radians(self.document, node, row, &item.values, self.problems);
+            lints::radians(self.document, node, row, &item.values, self.problems);
         }
         Some(item)
     }
@@ -216,7 +216,7 @@ impl Reader<'_> {
             let kind = ProblemKind::UnknownPennyName { what: what.into(), name: name.into() };
             let problem = Problem::new(kind, self.document.value_span(node, "name"));
             let near = |names: &[&'static str]| nearest(name, names.iter().copied());
-            let cure = if others.contains(&name) {
+            let help = if others.contains(&name) {
                 problem.help(format!("it is a {other}: write `<{other} name=\"{name}\" data=…/>`"))
             } else if let Some(near) = near(known) {
                 problem.suggest(Some(near))
@@ -225,7 +225,7 @@ impl Reader<'_> {
             } else {
                 problem.help(format!("there is {}", known.join(", ")))
             };
-            self.problems.push(cure);
+            self.problems.push(help);
         }
     }
 

@@ -5,7 +5,7 @@ use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snip
 use super::document::{Document, Span};
 use super::error::{Problem, Severity};
 
-/// A cure this long stands below the snippet, a shorter one beside the carets.
+/// A help text this long stands below the snippet, a shorter one beside the carets.
 const LABEL_WIDTH: usize = 70;
 
 /// All problems in the order of their places, errors and warnings as they come.

@@ -29,7 +29,7 @@ pub struct Attribute {
     /// For people; the reader does not convert.
     pub unit: &'static str,
     pub rule: Rule,
-    pub doubt: Doubt,
+    pub lint: Lint,
     pub status: Status,
     pub required: bool,
     /// May stand in a `<default>` class.
@@ -63,11 +63,11 @@ pub enum Rule {
 
 /// Which numbers MuJoCo takes without a word although they are seldom meant: a warning.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Doubt {
+pub enum Lint {
     None,
     /// Each number counts as the nearest within its bounds.
     Clamped(&'static [(f64, f64)]),
-    /// A smaller one counts as this. 0 does too, but is no doubt: it says "none", which this is as good as (at 1e-5
+    /// A smaller one counts as this. 0 does too, but is not flagged: it says "none", which this is as good as (at 1e-5
     /// gravity brakes by 0.1 mm/s²), the tutorial's disk has it, and `explain` shows what it becomes.
     Raised(f64),
     /// From 0 to 1; pictures cut off what is beyond.
@@ -83,7 +83,7 @@ pub enum Status {
     Silent,
     /// A warning that says what is lost.
     Ignored(&'static str),
-    /// An error that says what is lost, and a cure; for an attribute only where it differs from the default.
+    /// An error that says what is lost, and what to do instead; for an attribute only where it differs from the default.
     Unsupported(&'static str, &'static str),
 }
 
@@ -92,9 +92,9 @@ pub(super) const AUTO: &[&str] = &["false", "true", "auto"];
 pub(super) const ENABLE: &[&str] = &["disable", "enable"];
 
 pub(super) const fn attribute(name: &'static str, kind: Kind, default: &'static str, unit: &'static str) -> Attribute {
-    let (rule, doubt, status) = (Rule::Finite, Doubt::None, Status::Supported);
+    let (rule, lint, status) = (Rule::Finite, Lint::None, Status::Supported);
     let in_default = !matches!(kind, Kind::Name(_) | Kind::Reference(_) | Kind::Class);
-    Attribute { name, kind, default, unit, rule, doubt, status, required: false, in_default }
+    Attribute { name, kind, default, unit, rule, lint, status, required: false, in_default }
 }
 pub(super) const fn number(name: &'static str, default: &'static str, unit: &'static str) -> Attribute {
     attribute(name, Kind::Numbers(1, 1), default, unit)
@@ -136,11 +136,11 @@ pub(super) const fn solimp(name: &'static str) -> Attribute {
     // dmin, dmax, width, midpoint, power. Source: MuJoCo 4.0, mjMINIMP and mjMAXIMP.
     const BOUNDS: &[(f64, f64)] =
         &[(1e-4, 0.9999), (1e-4, 0.9999), (0.0, f64::INFINITY), (1e-4, 0.9999), (1.0, f64::INFINITY)];
-    up_to(name, 5, "0.9 0.95 0.001 0.5 2", "1, 1, m, 1, 1").doubt(Doubt::Clamped(BOUNDS))
+    up_to(name, 5, "0.9 0.95 0.001 0.5 2", "1, 1, m, 1, 1").lint(Lint::Clamped(BOUNDS))
 }
 /// Friction coefficients of contacts. Source: MuJoCo 4.0, mjMINMU.
 pub(super) const fn friction(name: &'static str, count: usize, default: &'static str, unit: &'static str) -> Attribute {
-    up_to(name, count, default, unit).not_negative().doubt(Doubt::Raised(1e-5))
+    up_to(name, count, default, unit).not_negative().lint(Lint::Raised(1e-5))
 }
 
 impl Attribute {
@@ -148,8 +148,8 @@ impl Attribute {
         self.rule = rule;
         self
     }
-    pub(super) const fn doubt(mut self, doubt: Doubt) -> Attribute {
-        self.doubt = doubt;
+    pub(super) const fn lint(mut self, lint: Lint) -> Attribute {
+        self.lint = lint;
         self
     }
     pub(super) const fn positive(self) -> Attribute {
@@ -174,8 +174,8 @@ impl Attribute {
         self.status = Status::Silent;
         self
     }
-    pub(super) const fn unsupported(mut self, lost: &'static str, cure: &'static str) -> Attribute {
-        self.status = Status::Unsupported(lost, cure);
+    pub(super) const fn unsupported(mut self, lost: &'static str, help: &'static str) -> Attribute {
+        self.status = Status::Unsupported(lost, help);
         self
     }
     pub(super) const fn ignored(mut self, lost: &'static str) -> Attribute {
@@ -200,9 +200,9 @@ pub(super) const fn unsupported(
     names: &'static str,
     parents: &'static str,
     lost: &'static str,
-    cure: &'static str,
+    help: &'static str,
 ) -> Element {
-    Element { names, parents, status: Status::Unsupported(lost, cure), once: false, attributes: &[], silent: "*" }
+    Element { names, parents, status: Status::Unsupported(lost, help), once: false, attributes: &[], silent: "*" }
 }
 
 impl Element {

@@ -55,7 +55,7 @@ pub const SCHEMA: &[Element] = &[
         "option",
         "mujoco",
         &[&[
-            number("timestep", "0.002", "s").positive().doubt(Doubt::TooLong(1.0)),
+            number("timestep", "0.002", "s").positive().lint(Lint::TooLong(1.0)),
             numbers("gravity", 3, "0 0 -9.81", "m/s²"),
             keyword("integrator", &["Euler", "RK4", "implicit", "implicitfast", "discrete"], "Euler"),
             keyword("cone", &["pyramidal", "elliptic"], "pyramidal"),
@@ -308,7 +308,7 @@ pub const SCHEMA: &[Element] = &[
                 solimp("solimp"),
                 number("margin", "0", "m"),
                 number("gap", "0", "m"),
-                numbers("rgba", 4, "0.5 0.5 0.5 1", "1").doubt(Doubt::Colour),
+                numbers("rgba", 4, "0.5 0.5 0.5 1", "1").lint(Lint::Colour),
                 reference("material", "material").in_default(),
                 reference("mesh", "mesh").in_default(),
                 reference("hfield", "height field").in_default(),

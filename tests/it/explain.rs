@@ -6,7 +6,7 @@ use penny::forward::{Method, step};
 use penny::integrate;
 use penny::model::Model;
 use penny::state::State;
-use penny_lab::explain::{self, Touch, probe, rehearsal};
+use penny_lab::explain::{self, Touch, probe, trial_run};
 
 /// A ball of 2 kg over a plane, with this solref and custom section.
 fn ball(solref: &str, custom: &str) -> Model {
@@ -182,7 +182,7 @@ fn a_rehearsal_finds_what_one_contact_alone_does_not_show() {
         let model = scene(name);
         let largest = |timestep: f64| {
             let method = Method { timestep, ..method(law, "semi-implicit-euler") };
-            rehearsal::largest_timestep(&model, &method, &State::new(&model))
+            trial_run::largest_timestep(&model, &method, &State::new(&model))
         };
         let safe = largest(h).unwrap_or_else(|| panic!("{name}: gains energy and is not told"));
         assert!(safe > 1e-4 && safe < h, "{name}: {safe}");

@@ -149,7 +149,7 @@ fn a_kick_is_an_impulse_whatever_the_timestep() {
         stage.kick(false);
         (0..40).for_each(|_| assert!(stage.step()));
         // Kicked in flight: mass times 5 m/s, exact but for rounding.
-        assert!((stage.session.ledger.impulse.x - 0.41 * 5.0).abs() < 1e-12, "h = {h}");
+        assert!((stage.session.balance.impulse.x - 0.41 * 5.0).abs() < 1e-12, "h = {h}");
     }
 }
 
@@ -168,7 +168,7 @@ fn the_mouse_pulls_a_body_to_where_it_points() {
 }
 
 #[test]
-fn the_ledger_closes_and_knows_rolling_from_sliding() {
+fn the_energy_balance_closes_and_knows_rolling_from_sliding() {
     let mut session = written(BALL);
     let rolling = Start {
         time: 0.0,
@@ -178,14 +178,14 @@ fn the_ledger_closes_and_knows_rolling_from_sliding() {
     };
     session.change(Change::State(rolling)).expect("fits");
     (0..1000).for_each(|_| session.step().expect("stable"));
-    let ledger = session.ledger.clone();
+    let balance = session.balance.clone();
     // Rolling friction takes δ/r · m g for each metre rolled.
     let distance = session.state.qpos[0];
     let expected = 0.01 / 0.11 * 0.41 * 9.81 * distance;
-    assert!((ledger.rolling / expected - 1.0).abs() < 0.03, "{} against {expected}", ledger.rolling);
-    assert!(ledger.sliding.abs() < 0.02 * ledger.rolling, "sliding {}", ledger.sliding);
+    assert!((balance.rolling / expected - 1.0).abs() < 0.03, "{} against {expected}", balance.rolling);
+    assert!(balance.sliding.abs() < 0.02 * balance.rolling, "sliding {}", balance.sliding);
     // What is left over: the compliance of the contact as the ball settles.
-    assert!(ledger.other().abs() < 0.02 * ledger.lost(), "{ledger:?}");
+    assert!(balance.other().abs() < 0.02 * balance.lost(), "{balance:?}");
 }
 
 #[test]
@@ -314,7 +314,7 @@ fn after_a_shot_the_same_kick_is_shown_under_every_law() {
     let own = &shots[0];
     assert_eq!(own.law, stage.session.method.contact.name, "the played law first");
     assert!(shots.len() > 1, "and others");
-    assert_eq!(own.ledger.impulse, shots[1].ledger.impulse, "pushed alike");
+    assert_eq!(own.balance.impulse, shots[1].balance.impulse, "pushed alike");
     if let Some(outcome) = game.outcome {
         assert_eq!(own.outcome, outcome, "the shot is the one that was played");
     }
@@ -434,7 +434,7 @@ fn a_key_acts_within_its_frame() {
     let log = app.stage.session.log();
     assert_eq!(log.inputs[0].step, before, "the push holds from the frame's first step on: {:?}", log.inputs);
     // 16 steps of half the weight: m Δv = F t.
-    let speed = app.stage.session.ledger.impulse.norm() / 0.41;
+    let speed = app.stage.session.balance.impulse.norm() / 0.41;
     let expected = 0.5 * 9.81 * (steps - before) as f64 * 1e-3;
     assert!((speed - expected).abs() < 1e-12, "{speed} m/s, expected {expected}");
     let red = |p: &[u8]| p[0] > 150 && p[0] > p[1].saturating_add(90) && p[0] > p[2].saturating_add(60);

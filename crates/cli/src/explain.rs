@@ -14,7 +14,7 @@ use penny::forward::Method;
 use penny::model::{Cone, GeomKind, Mix, Model};
 use penny::state::State;
 use penny_lab::explain::probe::{self, IMPACT, LARGEST};
-use penny_lab::explain::{self, Meaning, Touch, rehearsal, touches, weight};
+use penny_lab::explain::{self, Meaning, Touch, touches, trial_run, weight};
 use penny_lab::sweep::theory;
 
 #[derive(clap::Args)]
@@ -49,7 +49,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     }
     eprint!("{}", in_a_row(&model, &State::new(&model)));
     eprint!("\n{}", mappings(&model, &method, &groups[0]));
-    eprint!("\n{}", rehearsed(&model, &method));
+    eprint!("\n{}", trial_run(&model, &method));
     Ok(())
 }
 
@@ -294,7 +294,7 @@ pub fn hopping(model: &Model, method: &Method, touches: &[Touch]) -> Vec<(String
 /// Says so where a body never comes to rest on the contact, but hops within what a step's fall gives.
 fn never_rests(model: &Model, method: &Method, touch: &Touch) -> Option<String> {
     let probe::Hop { rest, depth: [low, high], fall } = probe::hop(model, method, touch)?;
-    let cure = match probe::calm_timestep(model, method, touch) {
+    let help = match probe::calm_timestep(model, method, touch) {
         Some(h) => format!("--timestep {} rests, as may a softer contact (larger timeconst, smaller solimp)", short(h)),
         None => "try a softer contact: a larger timeconst in solref, a smaller dwidth in solimp".to_owned(),
     };
@@ -306,7 +306,7 @@ fn never_rests(model: &Model, method: &Method, touch: &Touch) -> Option<String> 
         if pyramid && own == describe::soft(&ask).springs { ", or cone=\"elliptic\", which rests deeper" } else { "" };
     Some(format!(
         "  {}: {} for rest is little beside the fall g h² = {} of one step: what leaves the ground once hops for ever, \
-         from {} off to {} into it. {cure}{cone}\n",
+         from {} off to {} into it. {help}{cone}\n",
         method.contact.name,
         si(rest, "m"),
         si(fall, "m"),
@@ -342,11 +342,11 @@ pub fn in_a_row(model: &Model, start: &State) -> String {
 }
 
 /// What the start of the scene, tried out, says about the timestep.
-fn rehearsed(model: &Model, method: &Method) -> String {
+fn trial_run(model: &Model, method: &Method) -> String {
     let (law, integrator, h) = (method.contact.name, method.integrator.name, si(method.timestep, "s"));
     let start = State::new(model);
     let tried = format!("Its first seconds, tried with {law}, {integrator} and a step of {h}");
-    match rehearsal::largest_timestep(model, method, &start) {
+    match trial_run::largest_timestep(model, method, &start) {
         None if !model.actuators.is_empty() => String::new(),
         None => format!("{tried}, gain no energy.\n"),
         Some(0.0) => format!("{tried}, gain energy; with each smaller step tried, too.\n"),

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-mod doubts;
+mod warnings;
 
-use self::doubts::{Ledger, Overlap};
+use self::warnings::{EnergyGain, Overlap};
 use super::Failure;
 use super::explain::{hopping, largest_timestep, requirements};
 use super::files;
@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let progress = Progress::new(steps);
     let mut elapsed = Duration::ZERO;
     let mut failed = None;
-    let mut energy = Ledger::new(&model, &first);
+    let mut energy = EnergyGain::new(&model, &first);
     let mut i = 0;
     loop {
         let (written, listed) = (outputs.any() && i % args.every == 0, i % stride == 0 || i == steps);
@@ -192,14 +192,14 @@ fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: us
 /// the run's own does.
 fn safe(model: &Model, method: &Method, start: &State, limit: Limit) -> Limit {
     // Where the smallest step tried gains, too, the timestep is not the cause: a start deep in the ground, for instance.
-    let rehearsed = |timestep: f64| {
-        let limit = explain::rehearsal::largest_timestep(model, &Method { timestep, ..*method }, start);
+    let trial_run = |timestep: f64| {
+        let limit = explain::trial_run::largest_timestep(model, &Method { timestep, ..*method }, start);
         limit.filter(|limit| *limit > 0.0)
     };
     match limit.filter(|(limit, _)| *limit < method.timestep) {
-        Some((limit, names)) if limit > 0.0 => Some((rehearsed(rounded_down(limit)).unwrap_or(limit), names)),
+        Some((limit, names)) if limit > 0.0 => Some((trial_run(rounded_down(limit)).unwrap_or(limit), names)),
         Some(none) => Some(none),
-        None => rehearsed(method.timestep).map(|limit| (limit, "the scene".to_owned())),
+        None => trial_run(method.timestep).map(|limit| (limit, "the scene".to_owned())),
     }
 }
 

@@ -220,12 +220,12 @@ impl LengthArgs {
         if steps <= MOST_STEPS as f64 {
             return Ok(steps as usize);
         }
-        let cure = match self.steps {
+        let help = match self.steps {
             Some(_) => "--steps".to_owned(),
             None => format!("{} at a timestep of {}", si(time, "s"), si(timestep, "s")),
         };
         Err(Failure::Usage(format!(
-            "error: {cure} makes {} steps, which nobody can wait for; the most is {}",
+            "error: {help} makes {} steps, which nobody can wait for; the most is {}",
             short(steps),
             short(MOST_STEPS as f64),
         )))

@@ -1,6 +1,6 @@
 //! From keys and mouse to a force and a torque on a body.
 
-use super::ledger;
+use super::energy_balance;
 use super::session::Session;
 use penny::math::{Vec3, Vec6};
 
@@ -95,7 +95,7 @@ impl Controls {
 ///
 ///     F = m ω² (to − p) − 2 m ω v_p,   torque = (p − com) × F
 fn spring(session: &mut Session, grab: &Grab) -> Vec6 {
-    let (v, w) = ledger::velocity(&session.model, &session.state, &mut session.data, grab.body);
+    let (v, w) = energy_balance::velocity(&session.model, &session.state, &mut session.data, grab.body);
     let body = &session.model.bodies[grab.body];
     let (pos, mat) = (session.data.xpos[grab.body], session.data.xmat[grab.body]);
     let (point, com) = (pos + mat * grab.point, pos + mat * body.ipos);

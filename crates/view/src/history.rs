@@ -89,15 +89,15 @@ impl History {
         if self.moments.len() == LENGTH {
             self.moments.pop_front();
         }
-        let ledger = &session.ledger;
+        let balance = &session.balance;
         let contacts = &session.data.contacts;
         self.moments.push_back(Moment {
             time,
             height: height(session, body),
             speed: session.speed(body),
-            kinetic: ledger.now.kinetic,
-            potential: ledger.now.potential,
-            lost: ledger.lost(),
+            kinetic: balance.now.kinetic,
+            potential: balance.now.potential,
+            lost: balance.lost(),
             penetration: contacts.iter().map(|c| -c.dist).fold(0.0, f64::max),
             force: contacts.iter().map(|c| c.force[0]).sum(),
             ghost: ghost.as_ref().map(|g| [height(g, body), g.speed(body)]),

@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::draw::{DrawList, Floor, Layer, Thing};
-use super::ledger::contact_force;
+use super::energy_balance::contact_force;
 use super::mesh::Shape;
 use super::raster::{M3, V3};
 use super::session::{Poses, Session};

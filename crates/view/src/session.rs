@@ -1,7 +1,7 @@
 //! A simulation that someone plays with: it takes whole steps, each under the inputs that hold for it, and writes
 //! the inputs down. It knows steps, not frames or clocks, so any frame rate gives the same bits.
 
-use super::ledger::{self, Ledger};
+use super::energy_balance::{self, EnergyBalance};
 use super::log::{self, Change, Input, Log, Start, VERSION};
 use penny::data::Data;
 use penny::forward::{Diverged, Method, step};
@@ -29,7 +29,7 @@ pub struct Session {
     /// Steps taken.
     pub steps: u64,
     /// Energy and impulse put in and lost since the last [`Session::restart`].
-    pub ledger: Ledger,
+    pub balance: EnergyBalance,
     begin: State,
     begin_method: Method,
     inputs: Vec<Input>,
@@ -63,7 +63,7 @@ impl Poses {
 impl Session {
     pub fn new(model: Model, method: Method, state: State, source: Source) -> Session {
         let mut data = Data::new(&model);
-        let ledger = Ledger::new(&model, &state, &mut data);
+        let balance = EnergyBalance::new(&model, &state, &mut data);
         let poses = Poses::of(&data);
         Session {
             original: model.clone(),
@@ -75,7 +75,7 @@ impl Session {
             data,
             source,
             steps: 0,
-            ledger,
+            balance,
             inputs: Vec::new(),
             previous: poses.clone(),
             current: poses,
@@ -151,15 +151,15 @@ impl Session {
     /// Errors: [`Diverged`]; the state is then back before the step.
     pub fn step(&mut self) -> Result<(), Diverged> {
         let before = self.state.clone();
-        let twists = ledger::twists(&self.model, &self.data);
+        let twists = energy_balance::twists(&self.model, &self.data);
         if let Err(diverged) = step(&self.model, &self.method, &mut self.state, &mut self.data) {
             self.state = before;
             self.data = Data::new(&self.model);
-            self.ledger.revalue(&self.model, &self.state, &mut self.data);
+            self.balance.revalue(&self.model, &self.state, &mut self.data);
             return Err(diverged);
         }
         self.steps += 1;
-        self.ledger.book(&self.model, self.method.timestep, &twists, &self.state, &mut self.data);
+        self.balance.book(&self.model, self.method.timestep, &twists, &self.state, &mut self.data);
         std::mem::swap(&mut self.previous, &mut self.current);
         self.current.pos.clone_from(&self.data.xpos);
         self.current.quat.clone_from(&self.data.xquat);
@@ -197,13 +197,13 @@ impl Session {
 
     /// Speed of a body's centre of mass, m/s.
     pub fn speed(&self, body: usize) -> f64 {
-        ledger::twists(&self.model, &self.data).get(body).map_or(0.0, |t| t.fixed_rows::<3>(0).norm())
+        energy_balance::twists(&self.model, &self.data).get(body).map_or(0.0, |t| t.fixed_rows::<3>(0).norm())
     }
 
     /// Centre of mass of a body, m, and its velocity, m/s.
     pub fn motion(&self, body: usize) -> (Vec3, Vec3) {
-        let twist = ledger::twists(&self.model, &self.data)[body];
-        (ledger::com(&self.model, &self.data, body), twist.fixed_rows::<3>(0).into_owned())
+        let twist = energy_balance::twists(&self.model, &self.data)[body];
+        (energy_balance::com(&self.model, &self.data, body), twist.fixed_rows::<3>(0).into_owned())
     }
 
     /// Back to where the session began, under the method and with the changes of now.
@@ -251,9 +251,9 @@ impl Session {
         }
         // What a step has prepared may depend on what was changed.
         self.data = Data::new(&self.model);
-        self.ledger.revalue(&self.model, &self.state, &mut self.data);
+        self.balance.revalue(&self.model, &self.state, &mut self.data);
         if matches!(change, Change::State(_)) {
-            self.ledger = Ledger::new(&self.model, &self.state, &mut self.data);
+            self.balance = EnergyBalance::new(&self.model, &self.state, &mut self.data);
             self.current = Poses::of(&self.data);
             self.previous = self.current.clone();
         }

@@ -46,7 +46,7 @@ fn shots(app: &App, ctx: &egui::Context, rect: egui::Rect) {
     let rows = app.stage.shots.len() as f32;
     let at = egui::pos2(rect.left() + 12.0, rect.bottom() - 74.0 - 20.0 * rows);
     card(ctx, "shots", at, |ui| {
-        let impulse = app.stage.shots[0].ledger.impulse.norm();
+        let impulse = app.stage.shots[0].balance.impulse.norm();
         ui.strong(format!("your pushes: {impulse:.2} N s; the same under each law, and the energy lost:"));
         egui::Grid::new("shots").num_columns(7).spacing([14.0, 3.0]).show(ui, |ui| {
             for title in ["law", "outcome", "after", "fastest", "sliding", "rolling", "other"] {
@@ -60,8 +60,8 @@ fn shots(app: &App, ctx: &egui::Context, rect: egui::Rect) {
                 ui.colored_label(color, shot.outcome.name());
                 ui.label(format!("{:.3} s", shot.time));
                 ui.label(format!("{:.2} m/s", shot.fastest));
-                let ledger = &shot.ledger;
-                for lost in [ledger.sliding, ledger.rolling + ledger.spinning, ledger.other()] {
+                let balance = &shot.balance;
+                for lost in [balance.sliding, balance.rolling + balance.spinning, balance.other()] {
                     // Adding zero turns a rounded −0 into 0.
                     ui.label(format!("{:.3} J", (lost * 1e3).round() / 1e3 + 0.0));
                 }

@@ -26,8 +26,8 @@ impl Earlier {
         let text = fs::read_to_string(directory.join(JSON))
             .map_err(|_| Failure::Usage(format!("error: there is no sweep in {place} to resume")))?;
         let damaged = |file: &str, why: String| {
-            let cure = "leave out --resume to begin anew";
-            Failure::Problem(format!("error: {} is damaged: {why}; {cure}", directory.join(file).display()))
+            let help = "leave out --resume to begin anew";
+            Failure::Problem(format!("error: {} is damaged: {why}; {help}", directory.join(file).display()))
         };
         let before: Value = serde_json::from_str(&text).map_err(|e| damaged(JSON, e.to_string()))?;
         let Some(had) = before["settings"].as_object() else {
@@ -41,8 +41,8 @@ impl Earlier {
                 "hash" => "the scene has changed since".to_owned(),
                 _ => format!("it had {key} {then}, now {now}"),
             };
-            let cure = "leave out --resume to begin anew, or name another --out";
-            return Err(Failure::Usage(format!("error: the sweep in {place} is another one: {what}; {cure}")));
+            let help = "leave out --resume to begin anew, or name another --out";
+            return Err(Failure::Usage(format!("error: the sweep in {place} is another one: {what}; {help}")));
         }
         let mut reader = csv::Reader::from_path(directory.join(CSV)).map_err(|e| damaged(CSV, e.to_string()))?;
         // The last line may be half a line.

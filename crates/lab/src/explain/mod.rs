@@ -1,7 +1,7 @@
 //! What the contacts of a scene mean in SI units: numbers for `penny explain` and `penny run`, never for a step.
 
 pub mod probe;
-pub mod rehearsal;
+pub mod trial_run;
 
 use penny::collision::{self, Hits, Placed, collider};
 pub use penny::contact::describe::Touch;

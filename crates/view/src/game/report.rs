@@ -1,7 +1,7 @@
 //! What a shot was, and what the same shot would have been under the other contact laws.
 
 use super::{Game, Outcome};
-use crate::ledger::Ledger;
+use crate::energy_balance::EnergyBalance;
 use crate::log::Change;
 use crate::session::Session;
 use penny::contact;
@@ -19,7 +19,7 @@ pub struct Shot {
     pub time: f64,
     /// Largest speed, m/s.
     pub fastest: f64,
-    pub ledger: Ledger,
+    pub balance: EnergyBalance,
 }
 
 /// s
@@ -61,7 +61,7 @@ fn shoot(game: &Game, session: &Session, method: Method) -> Option<Shot> {
         if let Some(outcome) = game.watch(&again) {
             path.push(now);
             let time = game.time(&again);
-            return Some(Shot { law: method.contact.name, path, outcome, time, fastest, ledger: again.ledger });
+            return Some(Shot { law: method.contact.name, path, outcome, time, fastest, balance: again.balance });
         }
     }
     None

@@ -9,7 +9,7 @@ use penny::forward::{Method, step};
 use penny::model::Model;
 use penny::state::State;
 
-/// A rehearsal ends after so many evaluations of the forces on one tree: a few hundredths of a second of computing.
+/// A trial run ends after so many evaluations of the forces on one tree: a few hundredths of a second of computing.
 const MOST_FORWARDS: usize = 20_000;
 /// And after so long, s: some scenes take long to show it.
 const LONGEST: f64 = 10.0;
@@ -43,11 +43,11 @@ pub fn largest_timestep(model: &Model, method: &Method, start: &State) -> Option
     Some(0.0)
 }
 
-/// Whether more energy is gained than integration may be in doubt of.
+/// Whether more energy is gained than the integration error explains.
 ///
 ///     E − E₀ > T/5 + 2 M g h (v + g h),     T = M v²/2 the largest kinetic energy so far
 ///
-/// Semi-implicit Euler holds the energy at half steps, where M g v h/2 is in doubt.
+/// Semi-implicit Euler holds the energy at half steps, where M g v h/2 is uncertain.
 fn gains(model: &Model, method: &Method, start: &State) -> bool {
     let (mut state, mut data, mut looked) = (start.clone(), Data::new(model), Data::new(model));
     let (h, g) = (method.timestep, dynamics::gravity(model).norm());
@@ -69,8 +69,8 @@ fn gains(model: &Model, method: &Method, start: &State) -> bool {
             let (kinetic, now) = sum(&state);
             most = f64::max(most, kinetic);
             let speed = (2.0 * most / mass).sqrt();
-            let within_doubt = now - before <= 0.2 * most + 2.0 * mass * g * h * (speed + g * h);
-            if !within_doubt {
+            let within_error = now - before <= 0.2 * most + 2.0 * mass * g * h * (speed + g * h);
+            if !within_error {
                 return true;
             }
         }

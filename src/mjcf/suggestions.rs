@@ -1,4 +1,4 @@
-//! What was probably meant by a word that is no number: the cure, as a sentence.
+//! What was probably meant by a word that is no number: the correction, as a sentence.
 
 /// Units that people write behind a number: the one that MJCF wants, and what to multiply by.
 const UNITS: &[(&str, &str, f64)] = &[
@@ -161,13 +161,13 @@ mod tests {
 
     #[test]
     fn commas_are_read_as_what_fits() {
-        let cure = |value, min, max| separators(value, min, max).unwrap_or_default();
-        assert_eq!(cure("0,001", 1, 1), "the decimal sign is a point: write `0.001`");
-        assert_eq!(cure("0, 0, -9.81", 3, 3), "plain blanks separate numbers: write `0 0 -9.81`");
-        assert_eq!(cure("0,0;-9.81", 3, 3), "plain blanks separate numbers: write `0 0 -9.81`");
-        assert_eq!(cure("0 0\u{a0}1", 3, 3), "plain blanks separate numbers: write `0 0 1`");
-        assert_eq!(cure("0,5 0,1 0", 3, 3), "the decimal sign is a point: write `0.5 0.1 0`");
-        assert_eq!(cure("0,1", 1, 3), "a decimal point: `0.1`; or a blank between two: `0 1`");
+        let help = |value, min, max| separators(value, min, max).unwrap_or_default();
+        assert_eq!(help("0,001", 1, 1), "the decimal sign is a point: write `0.001`");
+        assert_eq!(help("0, 0, -9.81", 3, 3), "plain blanks separate numbers: write `0 0 -9.81`");
+        assert_eq!(help("0,0;-9.81", 3, 3), "plain blanks separate numbers: write `0 0 -9.81`");
+        assert_eq!(help("0 0\u{a0}1", 3, 3), "plain blanks separate numbers: write `0 0 1`");
+        assert_eq!(help("0,5 0,1 0", 3, 3), "the decimal sign is a point: write `0.5 0.1 0`");
+        assert_eq!(help("0,1", 1, 3), "a decimal point: `0.1`; or a blank between two: `0 1`");
         assert_eq!(separators("a,b", 1, 3), None);
     }
 }

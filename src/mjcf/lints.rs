@@ -1,31 +1,31 @@
-//! Numbers that MuJoCo takes without a word although they are seldom meant: each a warning, never an error.
+//! Lints: numbers that MuJoCo accepts silently although they are seldom meant: each a warning, never an error.
 //!
 //! Nothing is changed here: the numbers keep MuJoCo's meaning, and the warning says what that is.
 
 use std::f64::consts::PI;
 
-use super::cure::{neat, unit_of};
 use super::defaults::{Value, Values};
 use super::document::{Document, NodeId};
 use super::error::{Problem, ProblemKind};
-use super::schema::{Doubt, Element};
+use super::schema::{Element, Lint};
+use super::suggestions::{neat, unit_of};
 
-/// What is doubtful about number `index` of an attribute's `all`, and its cure.
-pub fn number(doubt: Doubt, attribute: &str, index: usize, word: &str, all: &[f64]) -> Option<(ProblemKind, String)> {
+/// What is questionable about number `index` of an attribute's `all`, and what to write instead.
+pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64]) -> Option<(ProblemKind, String)> {
     let (attribute, value, word) = (attribute.to_string(), *all.get(index)?, word.to_string());
     match doubt {
-        Doubt::Clamped(bounds) => {
+        Lint::Clamped(bounds) => {
             let &(low, high) = bounds.get(index).filter(|(low, high)| value < *low || value > *high)?;
             let used = value.clamp(low, high);
             Some((ProblemKind::Clamped { attribute, word, used, low, high }, format!("write `{used}`")))
         }
-        Doubt::Raised(least) if value > 0.0 && value < least => {
+        Lint::Raised(least) if value > 0.0 && value < least => {
             let used = least.to_string();
             let help = format!("write `{used}`, or `0` for as little as there can be");
             Some((ProblemKind::Raised { attribute, word, used }, help))
         }
         // One warning a colour: at the first number that is beyond.
-        Doubt::Colour if all.iter().position(|c| !(0.0..=1.0).contains(c)) == Some(index) => {
+        Lint::Colour if all.iter().position(|c| !(0.0..=1.0).contains(c)) == Some(index) => {
             let bytes = all.iter().all(|c| (0.0..=255.0).contains(c)) && all.iter().any(|&c| c >= 2.0);
             // Of a colour in bytes the opacity is often given from 0 to 1.
             let part = |(i, c): (usize, &f64)| if i == 3 && *c <= 1.0 { *c } else { (c / 2.55).round() / 100.0 };
@@ -37,7 +37,7 @@ pub fn number(doubt: Doubt, attribute: &str, index: usize, word: &str, all: &[f6
             };
             Some((ProblemKind::ColourCut { attribute, word }, help))
         }
-        Doubt::TooLong(seconds) if value >= seconds => {
+        Lint::TooLong(seconds) if value >= seconds => {
             let help = format!("it is in seconds: {word} ms are `{}`", neat(value / 1e3));
             Some((ProblemKind::LongTimestep { word }, help))
         }
@@ -72,9 +72,9 @@ pub fn radians(document: &Document, node: NodeId, row: &Element, values: &Values
             Some(degrees) => degrees.to_string(),
             None => ((x.to_degrees() * 100.0).round() / 100.0).to_string(),
         };
-        let cure: Vec<String> = all.iter().enumerate().map(degrees).collect();
+        let help: Vec<String> = all.iter().enumerate().map(degrees).collect();
         let kind = ProblemKind::LooksLikeRadians { attribute: attribute.name.clone() };
-        let help = format!("write `{}`, or `<compiler angle=\"radian\"/>` for the whole scene", cure.join(" "));
+        let help = format!("write `{}`, or `<compiler angle=\"radian\"/>` for the whole scene", help.join(" "));
         problems.push(Problem::new(kind, attribute.value_span).help(help));
     }
 }

@@ -1,4 +1,4 @@
-//! What makes a run doubtful: geoms deep in one another at the start, energy from nowhere at the end.
+//! What makes a run questionable: geoms deep in one another at the start, energy from nowhere at the end.
 
 use super::rounded_down;
 use crate::explain::geom_name;
@@ -52,7 +52,7 @@ impl Overlap {
 }
 
 /// The energy over the run.
-pub struct Ledger {
+pub struct EnergyGain {
     /// Of all that moves, J.
     first: f64,
     last: f64,
@@ -61,16 +61,16 @@ pub struct Ledger {
     scale: f64,
 }
 
-impl Ledger {
+impl EnergyGain {
     /// Growth by less than this part of the scale is the usual error of a method.
     const MUCH: f64 = 0.05;
 
-    pub fn new(model: &Model, first: &Sample) -> Ledger {
+    pub fn new(model: &Model, first: &Sample) -> EnergyGain {
         let moves = |body: usize| model.bodies[body].tree.is_some();
         let radii = model.geoms.iter().filter(|g| moves(g.body)).map(|g| g.rbound);
         let mass: f64 = model.bodies.iter().filter(|b| b.tree.is_some()).map(|b| b.mass).sum();
         let lift = mass * explain::weight(model) * radii.fold(0.0, f64::max);
-        Ledger { first: first.energy, last: first.energy, scale: lift + first.kinetic }
+        EnergyGain { first: first.energy, last: first.energy, scale: lift + first.kinetic }
     }
 
     pub fn enter(&mut self, sample: &Sample) {
@@ -79,10 +79,10 @@ impl Ledger {
     }
 
     pub fn grew(&self) -> bool {
-        self.last - self.first > Ledger::MUCH * self.scale
+        self.last - self.first > EnergyGain::MUCH * self.scale
     }
 
-    /// Says by how much the energy grew, and the likeliest cause and cure.
+    /// Says by how much the energy grew, and the likeliest cause and remedy.
     pub fn told(&self, model: &Model, method: &Method, overlap: Option<&Overlap>, limit: Option<f64>) -> String {
         let [first, last] = [self.first, self.last].map(|e| si(e, "J"));
         let (h, integrator) = (method.timestep, method.integrator.name);

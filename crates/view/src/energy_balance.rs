@@ -13,7 +13,7 @@ use penny::state::State;
 /// exactly the work h F·(v₀ + v₁)/2. Other integrators evaluate forces several times a step; there the split is
 /// right to first order in h, the total is exact.
 #[derive(Clone, Debug, Default)]
-pub struct Ledger {
+pub struct EnergyBalance {
     /// Energy at the start and now, J.
     pub start: energy::Energy,
     pub now: energy::Energy,
@@ -30,10 +30,10 @@ pub struct Ledger {
 /// Velocity of each body's centre of mass (m/s) and its angular velocity (rad/s), world axes.
 pub type Twists = Vec<Vec6>;
 
-impl Ledger {
-    pub fn new(model: &Model, state: &State, data: &mut Data) -> Ledger {
+impl EnergyBalance {
+    pub fn new(model: &Model, state: &State, data: &mut Data) -> EnergyBalance {
         let start = energy::energy(model, state, data);
-        Ledger { start, now: start, ..Ledger::default() }
+        EnergyBalance { start, now: start, ..EnergyBalance::default() }
     }
 
     /// Energy that is gone: what was there and was put in, less what is there. J.
