@@ -5,13 +5,10 @@
 
 use std::any::Any;
 
-use crate::collision::detect::{self, Scratch};
-use crate::contact;
+use crate::collision::Scratch;
 use crate::contact::impedance::Reference;
-use crate::contact::newton::Outcome;
-use crate::dynamics;
 use crate::dynamics::plan::Plan;
-use crate::dynamics::planar;
+use crate::dynamics::plane;
 use crate::dynamics::spatial::Inertia;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
 use crate::model::Model;
@@ -66,7 +63,7 @@ pub struct Data {
     pub cinert: Vec<Inertia>,
     pub crb: Vec<Inertia>,
     /// The same of trees that move in a plane.
-    pub planar: planar::Scratch,
+    pub planar: plane::Scratch,
     /// Scratch of the integrators.
     pub stages: Stages,
 
@@ -89,8 +86,7 @@ pub struct Data {
     /// Steps so far whose contact forces were left with a residual that counts.
     pub unconverged: usize,
 
-    /// What the contact laws share, and what integrators keep.
-    pub constraints: Option<Box<contact::Scratch>>,
+    /// What contact laws and integrators keep.
     pub scratch: Scratchpad,
 }
 
@@ -109,6 +105,17 @@ impl Scratchpad {
         });
         // It is that type: found or made so.
         self.0[at].downcast_mut().unwrap_or_else(|| unreachable!())
+    }
+
+    /// Takes the entry of type T out, for a while in which the rest of the data is needed too; a new one if there is none.
+    pub fn take<T: Any + Default + Send + Sync>(&mut self) -> Box<T> {
+        let at = self.0.iter().position(|entry| entry.is::<T>());
+        at.and_then(|at| self.0.swap_remove(at).downcast().ok()).unwrap_or_default()
+    }
+
+    /// Puts it back.
+    pub fn put<T: Any + Send + Sync>(&mut self, entry: Box<T>) {
+        self.0.push(entry);
     }
 }
 
@@ -205,6 +212,15 @@ pub enum JointRowKind {
     UpperLimit,
 }
 
+/// What a solve did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Newton iterations, each one linear system.
+    pub iterations: usize,
+    /// Norm of the gradient at the end over the trace of M, as MuJoCo reports it.
+    pub residual: f64,
+}
+
 /// What a step did: proof that it did no more than the scene requires.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -248,8 +264,8 @@ impl Stages {
 }
 
 impl Data {
-    /// Buffers for a model, and all that never changes: where what does not move is.
-    pub fn new(model: &Model) -> Data {
+    /// Buffers for a model; nothing in them yet.
+    pub(crate) fn blank(model: &Model) -> Data {
         let n = model.bodies.len();
         let mut m_adr = Vec::with_capacity(model.trees.len());
         let mut size = 0;
@@ -262,9 +278,7 @@ impl Data {
         let zeros = vec![0.0; model.nv];
         let plan = Plan::new(model);
         let entries = plan.pattern.size();
-        // A limited joint may be near both its ends.
-        let (contacts, joints) = (detect::room(model), plan.dry.len() + 2 * plan.limited.len());
-        let mut data = Data {
+        Data {
             plan,
             xpos: vec![Vec3::zeros(); n],
             xquat: vec![Quat::identity(); n],
@@ -290,21 +304,18 @@ impl Data {
             cfrc: vec![Vec6::zeros(); n],
             cinert: vec![Inertia::default(); n],
             crb: vec![Inertia::default(); n],
-            planar: planar::Scratch::new(model),
+            planar: plane::Scratch::new(model),
             stages: Stages::new(model.nq, model.nv, entries),
-            contacts: Vec::with_capacity(contacts),
+            contacts: Vec::new(),
             detect: Scratch::default(),
-            joint_rows: Vec::with_capacity(joints),
+            joint_rows: Vec::new(),
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             counts: Counts::default(),
             solver: Outcome::default(),
             unsolved: 0,
             unconverged: 0,
-            constraints: Some(Box::new(contact::Scratch::new(model, contacts, joints))),
             scratch: Scratchpad::default(),
-        };
-        dynamics::prepare(model, &mut data);
-        data
+        }
     }
 }

@@ -7,28 +7,14 @@
 //! integrator moves the state along.
 
 use crate::collision;
-use crate::contact::{self, Law};
+use crate::contact;
 use crate::data::{Counts, Data};
 pub use crate::diverged::Diverged;
 use crate::diverged::{diverged, sane};
 use crate::dynamics;
-use crate::integrate::Integrator;
+pub use crate::method::{Method, ROUNDS};
 use crate::model::Model;
 use crate::state::State;
-
-/// How a model is computed: the same model runs under every method.
-#[derive(Clone, Copy)]
-pub struct Method {
-    pub contact: &'static Law,
-    pub integrator: &'static Integrator,
-    /// s
-    pub timestep: f64,
-    /// Newton steps that the `penalty` law takes at most, in each island; see [`ROUNDS`].
-    pub rounds: usize,
-}
-
-/// What [`Method::rounds`] is without a wish: far more than a scene needs.
-pub const ROUNDS: usize = 100;
 
 /// Advances the state by one timestep.
 ///
@@ -58,5 +44,5 @@ pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
     dynamics::kinematics(model, &state.qpos, data);
     collision::detect(model, data);
     dynamics::smooth(model, state, data);
-    contact::constrain(model, method, state, data);
+    contact::constrain(model, &method.settings(), state, data);
 }

@@ -13,8 +13,10 @@ pub mod forward;
 pub mod integrate;
 pub mod kind;
 pub mod math;
+pub mod method;
 pub mod mjcf;
 pub mod model;
+mod prepare;
 pub mod state;
 
 use std::path::Path;

@@ -3,8 +3,8 @@
 use penny::contact::constants::{self, Spring};
 use penny::contact::describe::{Ask, Creep, Description, Unlike};
 use penny::contact::island::Island;
-use penny::contact::newton::Outcome;
 use penny::contact::{Law, Lever, Task, pointwise};
+use penny::data::Outcome;
 use penny::data::Scratchpad;
 use penny::state::Start;
 

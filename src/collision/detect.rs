@@ -1,11 +1,9 @@
 //! The contacts of a step: a cheap test for every pair that can touch, its collider if they are near.
 
-use super::{Hit, Hits, Placed, collider, frame};
+use super::{Hit, Hits, Placed, Scratch, collider, frame};
 use crate::data::{Contact, Data};
 use crate::math::{Mat3, Vec3};
 use crate::model::{Bound, GeomKind, Model, Pair};
-
-pub use super::{Scratch, room};
 
 /// Finds all contacts, in MuJoCo's order: by body pair, then by geom pair.
 ///

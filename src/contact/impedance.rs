@@ -2,10 +2,7 @@
 //!
 //! Source: MuJoCo 4.0 manual, Modeling › Solver parameters; every formula re-checked against 4.0.0 by running it.
 
-use super::Task;
-use crate::dynamics;
 use crate::math::MIN_VAL;
-use crate::model::Mix;
 
 /// MuJoCo's bounds of `d0`, `dwidth` and `midpoint` (`mjMINIMP`, `mjMAXIMP`).
 pub const MIN_IMP: f64 = 1e-4;
@@ -144,35 +141,6 @@ pub fn onset(implicit: bool, timestep: f64, gravity: f64) -> f64 {
 #[inline(always)]
 pub fn share(depth: f64, onset: f64) -> f64 {
     if depth < onset { depth / onset } else { 1.0 }
-}
-
-/// What a law derives from the parameters of each mix of a model, made anew where the method has changed.
-#[derive(Clone, Debug)]
-pub struct PerMix<T> {
-    timestep: f64,
-    implicit: bool,
-    all: Vec<T>,
-}
-
-impl<T> Default for PerMix<T> {
-    fn default() -> PerMix<T> {
-        PerMix { timestep: 0.0, implicit: false, all: Vec::new() }
-    }
-}
-
-impl<T> PerMix<T> {
-    /// One entry a mix. In: `new(mix, task, onset)`, with the depth over which contacts switch on, see [`onset`].
-    #[inline]
-    pub fn of(&mut self, task: &Task, new: impl Fn(&Mix, &Task, f64) -> T) -> &[T] {
-        let (timestep, implicit) = (task.method.timestep, task.method.integrator.implicit);
-        if self.timestep != timestep || self.implicit != implicit || self.all.len() != task.model.mixes.len() {
-            (self.timestep, self.implicit) = (timestep, implicit);
-            let onset = onset(implicit, timestep, dynamics::gravity(task.model).norm());
-            self.all.clear();
-            self.all.extend(task.model.mixes.iter().map(|mix| new(mix, task, onset)));
-        }
-        &self.all
-    }
 }
 
 #[cfg(test)]

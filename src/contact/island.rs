@@ -9,10 +9,11 @@
 use super::block_cholesky::BlockCholesky;
 use super::cost::Curvature;
 
-use super::newton::{self, Constraint, Into, Outcome, Space, Vectors};
+use super::newton::{self, Constraint, Into, Space, Vectors};
+use crate::data::Outcome;
 use crate::data::{Contact, Data, JointRow, Mover};
 use crate::dynamics;
-use crate::dynamics::plan;
+use crate::dynamics::links;
 use crate::dynamics::spatial::{ang, lin};
 use crate::math::{Vec3, divide_ldl, factor_ldl, vec3};
 use crate::model::{FreeBody, Model, Tree};
@@ -321,7 +322,7 @@ impl Island {
         let (first, arm) = (model.trees[t].dofs.start, point - data.xpos[model.trees[t].bodies.start]);
         let frame = contact.frame * sign;
         let mut dof = dynamics::last_dof(model, body);
-        while dof != plan::NONE {
+        while dof != links::NONE {
             let twist = &data.cdof[dof];
             let (along, about) = (frame * (lin(twist) + ang(twist).cross(&arm)), frame * ang(twist));
             let column = &mut self.jac[part.start + dof - first..];

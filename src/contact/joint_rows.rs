@@ -1,8 +1,8 @@
 //! Constraints of joints: dry friction, and limits that are near. One row each, found in every step.
 
+use super::Settings;
 use super::impedance::{self, Reference};
 use crate::data::{Data, JointRow, JointRowKind};
-use crate::forward::Method;
 use crate::math::Vec3;
 use crate::model::Model;
 use crate::state::State;
@@ -10,14 +10,14 @@ use crate::state::State;
 /// Finds the rows of dry friction, then those of joint limits, in MuJoCo's order.
 ///
 /// Writes: `data.joint_rows` (all but the forces).
-pub fn find(model: &Model, method: &Method, state: &State, data: &mut Data) {
+pub fn find(model: &Model, settings: &Settings, state: &State, data: &mut Data) {
     let Data { joint_rows, plan, .. } = data;
     joint_rows.clear();
     for &dof in &plan.dry {
-        joint_rows.push(dry_friction(model, method.timestep, dof));
+        joint_rows.push(dry_friction(model, settings.timestep, dof));
     }
     for &joint in &plan.limited {
-        limits(model, method.timestep, joint, state, joint_rows);
+        limits(model, settings.timestep, joint, state, joint_rows);
     }
 }
 

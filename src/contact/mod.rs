@@ -9,7 +9,7 @@
 //! | `joint_rows` | limits that are near, and dry friction |
 //! | `islands`, `disjoint_sets` | which trees constraints hold together |
 //! | `island` | the rows of one island, and where its results go |
-//! | `impedance`, `constants` | what `solref` and `solimp` mean |
+//! | `impedance`, `per_mix`, `constants` | what `solref` and `solimp` mean |
 //! | `cost`, `newton`, `block_cholesky` | convex problems in the accelerations, and Newton's method for them |
 //! | `tangent` | forces at known accelerations and their derivatives, for implicit steps |
 //! | `pointwise` | for laws that are a formula for one contact point |
@@ -28,19 +28,18 @@ mod joint_rows;
 pub mod mujoco;
 pub mod newton;
 pub mod penalty;
+pub mod per_mix;
 pub mod pointwise;
 pub mod tangent;
 pub mod tutorial;
 
-use crate::data::{Contact, Data, Scratchpad};
-use crate::forward::Method;
+use crate::data::{Contact, Data, Outcome, Scratchpad};
 use crate::math::Vec3;
 use crate::model::{Mix, Model};
 use crate::state::{Start, State};
 use describe::{Ask, Description, Unlike};
 use island::Island;
 use islands::Islands;
-use newton::Outcome;
 
 /// A contact law.
 pub struct Law {
@@ -75,11 +74,23 @@ pub struct Law {
 /// cannot: then the general way is taken. In: the tree, and its contacts.
 pub type Shortcut = fn(&Task, &mut Scratchpad, usize, &[usize], &mut [Contact]) -> Option<crate::math::Vec6>;
 
+/// What contact laws need to know of how a step is taken.
+#[derive(Clone, Copy)]
+pub struct Settings {
+    pub law: &'static Law,
+    /// s
+    pub timestep: f64,
+    /// Newton steps at most, in each island.
+    pub rounds: usize,
+    /// The state is that of the end of the step: velocities are not extrapolated.
+    pub implicit: bool,
+}
+
 /// What a law is asked about.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
     pub model: &'a Model,
-    pub method: &'a Method,
+    pub settings: &'a Settings,
     pub state: &'a State,
     pub data: &'a Data,
 }
@@ -125,18 +136,18 @@ impl Scratch {
     }
 }
 
-/// Forces of all contacts, joint limits and dry friction under the law of `method`, and what they do.
+/// Forces of all contacts, joint limits and dry friction under the law of `settings`, and what they do.
 ///
 ///     M qacc = M qacc_smooth + qfrc_constraint,   qfrc_constraint = Jᵀ f
 ///
 /// Reads:  state, kinematics, contacts, qacc_smooth. Writes: qacc, qfrc_constraint, forces of contacts and joint rows.
-pub fn constrain(model: &Model, method: &Method, state: &State, data: &mut Data) {
+pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut Data) {
     data.qfrc_constraint.fill(0.0);
     data.solver = Outcome::default();
     data.joint_rows.clear();
-    let law = method.contact;
+    let law = settings.law;
     if law.joints && data.plan.joint_rows() {
-        joint_rows::find(model, method, state, data);
+        joint_rows::find(model, settings, state, data);
     }
     if data.contacts.is_empty() && data.joint_rows.is_empty() {
         return;
@@ -144,8 +155,7 @@ pub fn constrain(model: &Model, method: &Method, state: &State, data: &mut Data)
     if law.start == Start::Forces {
         state.recall(data);
     }
-    // A pointer moves, not the buffers.
-    let Some(mut scratch) = data.constraints.take() else { return };
+    let mut scratch = data.scratch.take::<Scratch>();
     let Scratch { islands, island, own } = &mut *scratch;
     islands.find(model, data);
     for group in 0..model.trees.len() {
@@ -154,10 +164,10 @@ pub fn constrain(model: &Model, method: &Method, state: &State, data: &mut Data)
             continue;
         }
         let shortcut = law.shortcut.filter(|_| joints.is_empty() && trees.len() == 1);
-        if shortcut.is_some_and(|shortcut| take(shortcut, model, method, state, data, own, trees[0], contacts)) {
+        if shortcut.is_some_and(|shortcut| take(shortcut, model, settings, state, data, own, trees[0], contacts)) {
             continue;
         }
-        let task = Task { model, method, state, data };
+        let task = Task { model, settings, state, data };
         assemble(&task, islands, group, island);
         let outcome = (law.solve)(&task, own, island);
         data.counts.rows += island.rows();
@@ -166,14 +176,14 @@ pub fn constrain(model: &Model, method: &Method, state: &State, data: &mut Data)
         data.solver.iterations = data.solver.iterations.max(outcome.iterations);
         data.solver.residual = data.solver.residual.max(outcome.residual);
     }
-    data.constraints = Some(scratch);
+    data.scratch.put(scratch);
 }
 
 /// Takes a law's shortcut for one tree, if it is a free body; says whether that was possible.
 fn take(
     shortcut: Shortcut,
     model: &Model,
-    method: &Method,
+    settings: &Settings,
     state: &State,
     data: &mut Data,
     own: &mut Scratchpad,
@@ -183,7 +193,7 @@ fn take(
     let tree = &model.trees[t];
     let Some(free) = &tree.free else { return false };
     let mut contacts = std::mem::take(&mut data.contacts);
-    let found = shortcut(&Task { model, method, state, data }, own, t, which, &mut contacts);
+    let found = shortcut(&Task { model, settings, state, data }, own, t, which, &mut contacts);
     data.contacts = contacts;
     let Some(a) = found else { return false };
     let smooth = data.movers[tree.bodies.start].acc;
@@ -194,7 +204,7 @@ fn take(
 
 /// The rows of one island.
 fn assemble(task: &Task, islands: &mut Islands, group: usize, island: &mut Island) {
-    let Task { model, method, state, data } = *task;
+    let Task { model, settings, state, data } = *task;
     island.reset();
     islands.number(group, |tree| island.add_tree(model, data, &state.qvel, tree));
     island.start();
@@ -207,7 +217,7 @@ fn assemble(task: &Task, islands: &mut Islands, group: usize, island: &mut Islan
     for &c in contacts {
         let contact = &data.contacts[c];
         let units = contact.body.map(|b| unit(model.bodies[b as usize].tree));
-        let points = match method.contact.lever {
+        let points = match settings.law.lever {
             Lever::Midpoint => [contact.pos; 2],
             Lever::Surface => surface_points(contact, units),
         };

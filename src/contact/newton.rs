@@ -8,6 +8,7 @@
 //! Source: MuJoCo 4.0 manual, Computation › Solver › Primal problem, Algorithms.
 
 use super::cost::{Cone, Spread, Zone};
+use crate::data::Outcome;
 
 /// One cone of constraint: a contact, a joint limit, or the dry friction of a degree of freedom.
 #[derive(Clone, Copy, Debug, Default)]
@@ -102,15 +103,6 @@ pub struct Stop {
     pub iterations: usize,
     /// Whether `a` holds a start worth trying.
     pub warm: bool,
-}
-
-/// What a solve did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
-    /// Newton iterations, each one linear system.
-    pub iterations: usize,
-    /// Norm of the gradient at the end over the trace of M, as MuJoCo reports it.
-    pub residual: f64,
 }
 
 #[inline(always)]

@@ -4,8 +4,8 @@
 
 use super::Task;
 use super::island::{Island, Push, Source};
-use super::newton::Outcome;
 use crate::data::Contact;
+use crate::data::Outcome;
 use crate::model::Mix;
 
 /// One contact point that is in touch, as a formula sees it.

@@ -5,10 +5,8 @@
 //! v' solves the step, they are the forces that the law's solution has there.
 
 use super::island::{Island, Push, Source};
-use super::newton::Outcome;
-use super::{Law, Scratch, Task, assemble, joint_rows};
-use crate::data::{Data, JointRowKind, Scratchpad};
-use crate::forward::Method;
+use super::{Law, Scratch, Settings, Task, assemble, joint_rows};
+use crate::data::{Data, JointRowKind, Outcome, Scratchpad};
 use crate::model::Model;
 use crate::state::State;
 
@@ -39,17 +37,17 @@ pub struct Tangent {
 /// [`super::constrain`] finds the accelerations as well.
 ///
 /// Reads:  state, kinematics, contacts, qacc_smooth. Writes: qacc, qfrc_constraint, forces of contacts and joint rows.
-pub fn constrain_at(model: &Model, method: &Method, state: &State, a: &[f64], data: &mut Data) {
+pub fn constrain_at(model: &Model, settings: &Settings, state: &State, a: &[f64], data: &mut Data) {
     data.qfrc_constraint.fill(0.0);
     data.solver = Outcome::default();
     data.joint_rows.clear();
-    if method.contact.joints && data.plan.joint_rows() {
-        joint_rows::find(model, method, state, data);
+    if settings.law.joints && data.plan.joint_rows() {
+        joint_rows::find(model, settings, state, data);
     }
     if data.contacts.is_empty() && data.joint_rows.is_empty() {
         return;
     }
-    let Some(mut scratch) = data.constraints.take() else { return };
+    let mut scratch = data.scratch.take::<Scratch>();
     let Scratch { islands, island, own } = &mut *scratch;
     islands.find(model, data);
     for group in 0..model.trees.len() {
@@ -57,15 +55,15 @@ pub fn constrain_at(model: &Model, method: &Method, state: &State, a: &[f64], da
         if contacts.is_empty() && joints.is_empty() {
             continue;
         }
-        let task = Task { model, method, state, data };
+        let task = Task { model, settings, state, data };
         assemble(&task, islands, group, island);
         island.take_rates(model, data, a);
-        respond(method.contact, &task, own, island);
+        respond(settings.law, &task, own, island);
         island.solve(model, data, Push);
         data.counts.rows += island.constraints.iter().map(|c| c.cone.dim).sum::<usize>();
         island.finish(model, data);
     }
-    data.constraints = Some(scratch);
+    data.scratch.put(scratch);
 }
 
 /// How the forces that [`constrain_at`] has just found change with the velocity v' at the end of the step:
@@ -77,14 +75,14 @@ pub fn constrain_at(model: &Model, method: &Method, state: &State, a: &[f64], da
 /// lever that turns within the step are h² f/r smaller than inertia.
 ///
 /// Reads:  state, kinematics, contacts, joint_rows.
-pub fn tangent(model: &Model, method: &Method, state: &State, a: &[f64], data: &mut Data, tangent: &mut Tangent) {
+pub fn tangent(model: &Model, settings: &Settings, state: &State, a: &[f64], data: &mut Data, tangent: &mut Tangent) {
     let Tangent { dofs, starts, trees, blocks, forces, slopes, shifts } = tangent;
     dofs.clear();
     starts.clear();
     trees.clear();
     blocks.clear();
     starts.push(0);
-    let Some(mut scratch) = data.constraints.take() else { return };
+    let mut scratch = data.scratch.take::<Scratch>();
     let Scratch { islands, island, own } = &mut *scratch;
     islands.find(model, data);
     for group in 0..model.trees.len() {
@@ -103,12 +101,12 @@ pub fn tangent(model: &Model, method: &Method, state: &State, a: &[f64], data: &
         if contacts.is_empty() && joints.is_empty() {
             continue;
         }
-        assemble(&Task { model, method, state, data }, islands, group, island);
+        assemble(&Task { model, settings, state, data }, islands, group, island);
         island.take_rates(model, data, a);
-        differentiate(model, method, state, data, own, island, forces, slopes, shifts);
-        island.add_tangent(model, data, -method.timestep, slopes, &mut blocks[at..]);
+        differentiate(model, settings, state, data, own, island, forces, slopes, shifts);
+        island.add_tangent(model, data, -settings.timestep, slopes, &mut blocks[at..]);
     }
-    data.constraints = Some(scratch);
+    data.scratch.put(scratch);
 }
 
 /// Forces of the island's constraints at the velocities and accelerations of their rows.
@@ -125,7 +123,7 @@ fn respond(law: &Law, task: &Task, own: &mut Scratchpad, island: &mut Island) {
 /// F of each constraint of an island, into `slopes`.
 fn differentiate(
     model: &Model,
-    method: &Method,
+    settings: &Settings,
     state: &State,
     data: &mut Data,
     own: &mut Scratchpad,
@@ -134,8 +132,8 @@ fn differentiate(
     slopes: &mut Vec<[[f64; 6]; 6]>,
     shifts: &mut Vec<f64>,
 ) {
-    let (law, h) = (method.contact, method.timestep);
-    respond(law, &Task { model, method, state, data }, own, island);
+    let (law, h) = (settings.law, settings.timestep);
+    respond(law, &Task { model, settings, state, data }, own, island);
     forces.clear();
     forces.extend(island.constraints.iter().map(|c| c.force));
     slopes.clear();
@@ -150,7 +148,7 @@ fn differentiate(
     for k in 0..widest {
         // Deeper, where a contact that has only just been touched pushes.
         island.shift(data, k, h, -1.0, shifts);
-        respond(law, &Task { model, method, state, data }, own, island);
+        respond(law, &Task { model, settings, state, data }, own, island);
         for (i, c) in island.constraints.iter().enumerate().filter(|(_, c)| k < c.cone.dim) {
             for row in 0..c.cone.dim {
                 slopes[i][row][k] = (forces[i][row] - c.force[row]) / shifts[i];

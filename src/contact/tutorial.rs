@@ -31,8 +31,8 @@
 use super::constants::{self, Spring};
 use super::describe::{Ask, Creep, Description, Touch, Unlike};
 use super::island::Island;
-use super::newton::Outcome;
 use super::{Law, Lever, Task, impedance, pointwise};
+use crate::data::Outcome;
 use crate::data::Scratchpad;
 use crate::dynamics;
 use crate::model::{Mix, Model};
@@ -120,19 +120,19 @@ fn own_spring(model: &Model, timestep: f64) -> String {
 }
 
 fn solve(task: &Task, _: &mut Scratchpad, island: &mut Island) -> Outcome {
-    let Task { model, method, .. } = *task;
-    let implicit = method.integrator.implicit;
-    let onset = impedance::onset(implicit, method.timestep, dynamics::gravity(model).norm());
+    let Task { model, settings, .. } = *task;
+    let implicit = settings.implicit;
+    let onset = impedance::onset(implicit, settings.timestep, dynamics::gravity(model).norm());
     let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
     pointwise::solve(task, island, |point| {
         let (v, [mu, _, spin, roll, _]) = (&point.velocity, friction(model, point.mix));
-        let (k, damping) = spring_damper(model, point.mix, point.inverse_mass, method.timestep);
+        let (k, damping) = spring_damper(model, point.mix, point.inverse_mass, settings.timestep);
         let normal = (k * point.depth + damping * (-v[0]).max(0.0)) * impedance::share(point.depth, onset);
         let speed = v[1].hypot(v[2]);
         let sliding = if speed > 0.0 { -mu * normal * (alpha * speed).tanh() / speed } else { 0.0 };
         // Torque per angular velocity near zero, N m s.
         let steep =
-            if implicit { 1.0 / (IMPLICIT_SPIN * method.timestep * point.inverse_inertia) } else { f64::INFINITY };
+            if implicit { 1.0 / (IMPLICIT_SPIN * settings.timestep * point.inverse_inertia) } else { f64::INFINITY };
         let [spinning] = opposing([v[3]], spin * normal, steep);
         let [roll_1, roll_2] = opposing([v[4], v[5]], roll * normal, steep);
         [normal, sliding * v[1], sliding * v[2], spinning, roll_1, roll_2]

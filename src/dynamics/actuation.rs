@@ -2,8 +2,8 @@
 //!
 //! Source: MuJoCo 4.0 manual, Computation › Actuation model; XML reference › actuator.
 
+use super::links::NONE;
 use super::passive::between;
-use super::plan::NONE;
 use super::spatial::{ang, join, lin};
 use crate::data::Data;
 use crate::math::{Quat, Vec6, quat};

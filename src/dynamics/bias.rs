@@ -2,7 +2,7 @@
 //!
 //! Source: Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 5; MuJoCo 4.0 manual, Computation › Bias force.
 
-use super::plan::NONE;
+use super::links::NONE;
 use super::spatial::{at, cross_force, cross_motion, dot, join};
 use crate::data::Data;
 use crate::math::{Vec3, Vec6};

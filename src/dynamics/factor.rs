@@ -9,7 +9,7 @@
 
 use std::ops::{Mul, Range, SubAssign};
 
-use super::plan::NONE;
+use super::links::NONE;
 
 /// Does something with a length, compiled for each short one: loops of a known length need not count.
 macro_rules! by_length {

@@ -3,7 +3,8 @@
 //! Source: Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 6; MuJoCo 4.0 manual, Computation › Inertia.
 
 use super::links::Link;
-use super::plan::{NONE, Plan};
+use super::links::NONE;
+use super::plan::Plan;
 use super::spatial::{Inertia, dot};
 use crate::data::Data;
 use crate::math::Vec6;

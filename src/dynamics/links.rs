@@ -2,9 +2,16 @@
 
 use std::ops::Range;
 
-use super::plan::NONE;
 use crate::math::{Mat3, Quat, Sym3, Vec3, mat, point_mass};
 use crate::model::{JointKind, Model, Tree};
+
+/// No dof, no body.
+pub const NONE: usize = usize::MAX;
+
+/// The joints of a tree.
+pub fn joints_of(model: &Model, tree: &Tree) -> Range<usize> {
+    model.dofs[tree.dofs.start].joint..model.dofs[tree.dofs.end - 1].joint + 1
+}
 
 /// A body with joints, and all that is welded to it, as one rigid body.
 #[derive(Clone, Debug)]

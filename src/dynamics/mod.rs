@@ -15,13 +15,14 @@ pub mod links;
 pub mod passive;
 pub mod plan;
 pub mod planar;
+pub mod plane;
 pub mod spatial;
-
-use std::ops::Range;
 
 use crate::data::Data;
 use crate::math::{Vec3, Vec6};
-use crate::model::{Model, Tree};
+pub use links::joints_of;
+
+use crate::model::Model;
 use crate::state::State;
 
 /// Computes what no step has to: poses of what never moves, axes, inertia and bias of trees that only slide.
@@ -142,7 +143,7 @@ pub fn jacobian(model: &Model, data: &Data, body: usize, point: &Vec3, out: &mut
     }
     out[..tree.dofs.len()].fill(Vec6::zeros());
     let mut d = last_dof(model, body);
-    while d != plan::NONE {
+    while d != links::NONE {
         out[d - tree.dofs.start] = spatial::at(&data.cdof[d], &arm);
         d = data.plan.dof_parent[d];
     }
@@ -172,13 +173,8 @@ pub fn xipos(model: &Model, data: &Data, body: usize) -> Vec3 {
     data.xpos[body] + data.xmat[body] * model.bodies[body].ipos
 }
 
-/// The joints of a tree.
-pub fn joints_of(model: &Model, tree: &Tree) -> Range<usize> {
-    model.dofs[tree.dofs.start].joint..model.dofs[tree.dofs.end - 1].joint + 1
-}
-
-/// The last dof that moves a body, [`plan::NONE`] if nothing does.
+/// The last dof that moves a body, [`links::NONE`] if nothing does.
 pub fn last_dof(model: &Model, body: usize) -> usize {
     let dofs = &model.bodies[model.bodies[body].weld].dofs;
-    if dofs.is_empty() { plan::NONE } else { dofs.end - 1 }
+    if dofs.is_empty() { links::NONE } else { dofs.end - 1 }
 }

@@ -3,13 +3,10 @@
 use std::ops::Range;
 
 use super::factor::Pattern;
-use super::links::{Link, Mount, links, mount};
-use super::planar::Plane;
+use super::links::{Link, Mount, NONE, links, mount};
+use super::plane::Plane;
 use crate::math::{Mat3, Vec3, mat};
 use crate::model::{Model, Tree};
-
-/// No dof.
-pub const NONE: usize = usize::MAX;
 
 #[derive(Clone, Debug, Default)]
 pub struct Plan {

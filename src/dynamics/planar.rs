@@ -11,112 +11,11 @@
 //! Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §2.16.
 
 use super::inertia::fill;
-use super::links::{Link, orientations};
-use super::plan::NONE;
-use super::spatial::{ang, lin};
+use super::links::{Link, NONE};
+use super::plane::{Disk, Moving, Plane, Scratch, add, dot};
 use crate::data::Data;
-use crate::math::{Vec3, Vec6};
-use crate::model::{JointKind, Model, Tree};
-
-/// How far from a plane a direction may be: what rounding does to one.
-const FLAT: f64 = 1e-14;
-
-/// The plane of a tree.
-#[derive(Clone, Copy, Debug)]
-pub struct Plane {
-    e1: Vec3,
-    e2: Vec3,
-    n: Vec3,
-}
-
-type Planar = [f64; 3];
-
-/// Inertia about o: m, h, J.
-#[derive(Clone, Copy, Debug, Default)]
-struct Disk {
-    mass: f64,
-    h: [f64; 2],
-    turning: f64,
-}
-
-/// What the passes work on, by dof and by body.
-#[derive(Clone, Debug, Default)]
-pub struct Scratch {
-    axes: Vec<Planar>,
-    bodies: Vec<Moving>,
-}
-
-/// Twist, acceleration, force and inertia of a link; in the end force and inertia with all that hangs on it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Moving {
-    vel: Planar,
-    acc: Planar,
-    force: Planar,
-    inertia: Disk,
-}
-
-impl Scratch {
-    pub fn new(model: &Model) -> Scratch {
-        Scratch { axes: vec![[0.0; 3]; model.nv], bodies: vec![Moving::default(); model.bodies.len()] }
-    }
-}
-
-impl Plane {
-    /// The plane in which a tree moves, if it moves in one and can turn. Writes: turning of the links.
-    pub fn of(model: &Model, tree: &Tree, links: &mut [Link]) -> Option<Plane> {
-        let turned = orientations(model);
-        let joints = &model.joints[super::joints_of(model, tree)];
-        let axis = |kind| move |j: &&crate::model::Joint| j.kind == kind;
-        let direction = |j: &crate::model::Joint| turned[j.body] * j.axis;
-        let n = direction(joints.iter().find(axis(JointKind::Hinge))?);
-        let flat = joints.iter().all(|j| match j.kind {
-            JointKind::Hinge => direction(j).cross(&n).norm() <= FLAT,
-            JointKind::Slide => direction(j).dot(&n).abs() <= FLAT,
-            JointKind::Ball | JointKind::Free => false,
-        });
-        let across = if n.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
-        let e1 = (across - n * across.dot(&n)).normalize();
-        for link in links {
-            link.turning = n.dot(&link.inertia.turned(&turned[link.body]).mul(&n));
-        }
-        flat.then(|| Plane { e1, e2: n.cross(&e1), n })
-    }
-
-    fn twist(&self, v: &Vec6) -> Planar {
-        let [x, y] = self.point(&lin(v));
-        [x, y, self.n.dot(&ang(v))]
-    }
-
-    fn point(&self, r: &Vec3) -> [f64; 2] {
-        [self.e1.dot(r), self.e2.dot(r)]
-    }
-}
-
-impl Disk {
-    fn new(mass: f64, [x, y]: [f64; 2], central: f64) -> Disk {
-        let h = [mass * x, mass * y];
-        Disk { mass, h, turning: central + h[0] * x + h[1] * y }
-    }
-
-    fn add(&mut self, other: &Disk) {
-        self.mass += other.mass;
-        self.h = [self.h[0] + other.h[0], self.h[1] + other.h[1]];
-        self.turning += other.turning;
-    }
-
-    fn mul(&self, [x, y, w]: &Planar) -> Planar {
-        let [h1, h2] = self.h;
-        [self.mass * x - h2 * w, self.mass * y + h1 * w, h1 * y - h2 * x + self.turning * w]
-    }
-}
-
-fn dot(a: &Planar, b: &Planar) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn add(a: &mut Planar, b: &Planar) {
-    *a = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-}
+use crate::math::Vec3;
+use crate::model::Model;
 
 /// Bias forces, as [`bias`](super::bias::bias), and the inertias that [`matrix`] needs.
 ///

@@ -168,7 +168,7 @@ impl Newton {
         dynamics::kinematics(model, &trial.qpos, data);
         collision::detect(model, data);
         dynamics::smooth(model, trial, data);
-        tangent::constrain_at(model, method, trial, a, data);
+        tangent::constrain_at(model, &method.settings(), trial, a, data);
         residual.clear();
         residual.extend((0..v.len()).map(|i| v[i] - start.qvel[i] - h * data.qacc[i]));
     }
@@ -300,7 +300,7 @@ impl Newton {
         data: &mut Data,
         refresh: bool,
     ) {
-        tangent::tangent(model, method, trial, &self.a, data, &mut self.tangent);
+        tangent::tangent(model, &method.settings(), trial, &self.a, data, &mut self.tangent);
         self.weigh(model, data);
         if refresh {
             self.differentiate_smooth(model, method, start, trial, data);

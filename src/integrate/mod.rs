@@ -6,57 +6,9 @@ pub mod implicitfast;
 pub mod rk4;
 pub mod semi_implicit_euler;
 
-use crate::data::Data;
-use crate::forward::Method;
 use crate::math::{Quat, exp, quat, vec3, wxyz};
+pub use crate::method::{DampedSpring, Integrator, Matrix2};
 use crate::model::{JointKind, Model};
-use crate::state::State;
-
-/// An integrator.
-pub struct Integrator {
-    /// CLI name.
-    pub name: &'static str,
-    /// MJCF keywords that select it.
-    pub mjcf: &'static [&'static str],
-    /// Global order on smooth systems; a test measures it.
-    pub order: u8,
-    /// One line for `--help`, plots and docs.
-    pub about: &'static str,
-    /// The contact law is asked for the forces at the end of the step: velocities are then not extrapolated.
-    pub implicit: bool,
-    /// One step of `method.timestep`: advances time, qpos, qvel and the warm starts.
-    pub advance: fn(&Model, &Method, &mut State, &mut Data),
-    /// What a step h (s) makes of a damped spring: (x, v) ← A(h) (x, v), row by row. `None`: the method gives no formula,
-    /// and theory says nothing about its timestep.
-    pub amplification: Option<fn(&DampedSpring, h: f64) -> Matrix2>,
-}
-
-/// A 2 × 2 matrix, row by row.
-pub type Matrix2 = [[f64; 2]; 2];
-
-/// A damped spring of unit mass, as theory asks an integrator about it.
-///
-///     v̇ = −ω² x − 2 ζ ω v
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DampedSpring {
-    /// rad/s
-    pub omega: f64,
-    /// Damping ratio.
-    pub zeta: f64,
-    /// Its damper is a joint's, which some integrators take implicitly; contacts' dampers are explicit.
-    pub joint: bool,
-}
-
-impl DampedSpring {
-    /// ω², 1/s²
-    pub fn stiffness(&self) -> f64 {
-        self.omega * self.omega
-    }
-    /// 2 ζ ω, 1/s
-    pub fn damping(&self) -> f64 {
-        2.0 * self.zeta * self.omega
-    }
-}
 
 pub const ALL: &[&Integrator] = &[
     &explicit_euler::METHOD,

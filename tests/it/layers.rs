@@ -10,27 +10,24 @@ const LAYERS: &[&str] = &[
     "mjcf",
     "model",
     "collision",
+    "contact/impedance",
     "dynamics/spatial",
+    "dynamics/links",
+    "dynamics/factor",
+    "dynamics/plane",
     "dynamics/plan",
     "data",
     "state",
     "collision/detect",
     "dynamics",
     "contact",
-    "integrate",
+    "prepare",
+    "method",
     "diverged",
     "forward",
+    "integrate",
     "compile",
     "lib",
-];
-
-/// Arrows that still point up, each with its reason. One that is gone must leave this list.
-const EXCEPTIONS: &[(&str, &str, &str)] = &[
-    ("data", "collision/detect", "imports the scratch by its old place"),
-    ("data", "dynamics", "prepares itself; whoever makes it should"),
-    ("data", "contact", "holds the scratch of every law"),
-    ("contact", "forward", "Method is declared beside the step that uses it"),
-    ("integrate", "forward", "Method is declared beside the step that uses it, and RK4 evaluates forces"),
 ];
 
 /// The layer of a path such as `contact/mujoco/rows` or `math/Vec3`.
@@ -41,15 +38,18 @@ fn layer(path: &str) -> usize {
     found.unwrap_or_else(|| layer("lib"))
 }
 
-/// The paths after `crate::` in a source, groups taken apart; comments and unit tests left out.
-fn uses(source: &str) -> BTreeSet<String> {
+/// The paths after `crate::` and `super::` in a source, groups taken apart; comments and unit tests left out.
+///
+/// In: `parent`, what `super` is, with a `/` behind if it is not the crate itself.
+fn uses(source: &str, parent: &str) -> BTreeSet<String> {
     let code = source.split("#[cfg(test)]").next().unwrap_or_default();
     let code: String = code.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
     let mut found = BTreeSet::new();
-    for text in code.split("crate::").skip(1) {
+    let after = |root: &'static str, place: String| code.split(root).skip(1).map(move |text| (place.clone(), text));
+    for (place, text) in after("crate::", String::new()).chain(after("super::", parent.to_owned())) {
         let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':')).unwrap_or(text.len());
         let (path, rest) = text.split_at(end);
-        let path = path.replace("::", "/");
+        let path = place + &path.replace("::", "/");
         match rest.strip_prefix('{') {
             Some(group) => found.extend(members(group).iter().map(|name| format!("{path}{name}"))),
             None => drop(found.insert(path)),
@@ -93,7 +93,8 @@ fn each_source(folder: &Path, name: &str, found: &mut impl FnMut(&str, &str)) {
 /// Every import that points up, as (file, what it uses).
 fn upward(file: &str, source: &str) -> Vec<(String, String)> {
     let up = |used: &String| layer(used) > layer(file);
-    uses(source).into_iter().filter(up).map(|used| (file.to_owned(), used)).collect()
+    let parent = file.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
+    uses(source, &parent).into_iter().filter(up).map(|used| (file.to_owned(), used)).collect()
 }
 
 #[test]
@@ -106,18 +107,9 @@ fn a_module_uses_only_modules_above_it() {
         arrows.extend(upward(file, source));
     });
     assert!(files > 50, "{files} files read");
-    let excused =
-        |from: &str, to: &str| EXCEPTIONS.iter().position(|e| LAYERS[layer(from)] == e.0 && LAYERS[layer(to)] == e.1);
-    let new: Vec<String> = arrows
-        .iter()
-        .filter(|(from, to)| excused(from, to).is_none())
-        .map(|(from, to)| format!("src/{from} uses crate::{}", to.replace('/', "::")))
-        .collect();
-    assert!(new.is_empty(), "imports that point up:\n{}", new.join("\n"));
-    let needed: BTreeSet<usize> = arrows.iter().filter_map(|(from, to)| excused(from, to)).collect();
-    for (i, (from, to, why)) in EXCEPTIONS.iter().enumerate() {
-        assert!(needed.contains(&i), "{from} does not use {to} any more: take `{why}` off the list");
-    }
+    let found: Vec<String> =
+        arrows.iter().map(|(from, to)| format!("src/{from} uses crate::{}", to.replace('/', "::"))).collect();
+    assert!(found.is_empty(), "imports that point up:\n{}", found.join("\n"));
 }
 
 #[test]
@@ -129,6 +121,6 @@ fn an_upward_import_is_found_however_it_is_written() {
     assert_eq!(found("fn f() { crate::load() }"), ["load"]);
     let fine =
         "use crate::data::Data; // crate::forward\n/// [`crate::forward`]\n#[cfg(test)]\nuse crate::forward::step;";
-    assert!(found(fine).is_empty() && !uses(fine).is_empty());
+    assert!(found(fine).is_empty() && !uses(fine, "").is_empty());
     assert_eq!(upward("collision/mod", "use crate::collision::detect::room;").len(), 1);
 }

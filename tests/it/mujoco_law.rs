@@ -113,7 +113,7 @@ fn one_step_from_mujocos_states() {
             state.qpos.copy_from_slice(&there.qpos);
             state.qvel.copy_from_slice(&there.qvel);
             forward(&model, &method, &state, &mut data);
-            let rows = efc::list(&model, &method, &state, &data);
+            let rows = efc::list(&model, &method.settings(), &state, &data);
             if rows.len() != there.nefc {
                 writeln!(report, "{}: {} rows, MuJoCo has {}", label(""), rows.len(), there.nefc).unwrap();
                 continue;
@@ -217,7 +217,7 @@ fn rows_times_forces_are_the_constraint_force() {
             state.qvel.copy_from_slice(&there.qvel);
             forward(&model, &method, &state, &mut data);
             let mut sum = vec![0.0; model.nv];
-            for row in efc::list(&model, &method, &state, &data) {
+            for row in efc::list(&model, &method.settings(), &state, &data) {
                 sum.iter_mut().zip(&row.jac).for_each(|(s, j)| *s += j * row.force);
             }
             let off = difference(&sum, &data.qfrc_constraint) / size(&sum).max(1.0);

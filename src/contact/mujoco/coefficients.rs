@@ -39,7 +39,7 @@ impl Coefficients {
     /// In:     `onset` in m, see [`impedance::onset`].
     /// Source: MuJoCo 4.0 manual, Computation › Solver › Friction cones; the factors by experiment.
     pub fn new(mix: &Mix, task: &Task, onset: f64) -> Coefficients {
-        let (opt, timestep) = (&task.model.opt, task.method.timestep);
+        let (opt, timestep) = (&task.model.opt, task.settings.timestep);
         let kind = match opt.cone {
             _ if mix.condim == 1 => Kind::OneSided,
             Cone::Pyramidal => Kind::Pyramid,
@@ -78,7 +78,7 @@ impl Coefficients {
             damping: reference(friction).damping,
             margin: mix.margin,
             onset,
-            implicit: task.method.integrator.implicit,
+            implicit: task.settings.implicit,
         }
     }
 

@@ -4,9 +4,8 @@
 use crate::contact::cost::Kind;
 use crate::contact::island::{Island, force_on_free_joint};
 use crate::contact::newton::Stop;
-use crate::contact::{Task, assemble_all};
+use crate::contact::{Settings, Task, assemble_all};
 use crate::data::{Data, Scratchpad};
-use crate::forward::Method;
 use crate::model::Model;
 use crate::state::State;
 
@@ -24,8 +23,8 @@ pub struct Row {
 }
 
 /// All rows at the state that `data` was computed for by [`forward`](crate::forward::forward) with this law.
-pub fn list(model: &Model, method: &Method, state: &State, data: &Data) -> Vec<Row> {
-    let task = Task { model, method, state, data };
+pub fn list(model: &Model, settings: &Settings, state: &State, data: &Data) -> Vec<Row> {
+    let task = Task { model, settings, state, data };
     let mut island = Island::default();
     assemble_all(&task, &mut island);
     super::pose(&task, &mut Scratchpad::default(), &mut island);

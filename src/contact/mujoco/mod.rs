@@ -17,8 +17,10 @@ use super::cost::Kind;
 use super::describe::{self, Description};
 use super::impedance;
 use super::island::{Island, Solve, Source};
-use super::newton::{self, Constraint, Outcome, Space, Stop, Vectors};
+use super::newton::{self, Constraint, Space, Stop, Vectors};
 use super::{Law, Lever, Task};
+use crate::contact::per_mix::PerMix;
+use crate::data::Outcome;
 use crate::data::{JointRow, JointRowKind, Scratchpad};
 use crate::model::Model;
 use crate::state::Start;
@@ -46,7 +48,7 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
 
 /// Turns the island's constraints into terms of the convex problem.
 fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
-    let coefficients = own.get::<impedance::PerMix<Coefficients>>().of(task, Coefficients::new);
+    let coefficients = own.get::<PerMix<Coefficients>>().of(task, Coefficients::new);
     for i in 0..island.sources.len() {
         match island.sources[i] {
             Source::Contact(index) => {

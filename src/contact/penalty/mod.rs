@@ -27,7 +27,7 @@
 //! finds it ([`super::newton`]). Whenever a full Newton step has left every constraint on its piece of the cost, the
 //! limits are set to μ n, until nothing changes any more: until every force is what its formula asks of a = a₀ + M⁻¹ Jᵀ f
 //! to [`TOLERANCE`] of the largest. The last step's forces are the first guess, and mostly still right; they change
-//! nothing but the work. [`Method::rounds`](crate::forward::Method::rounds) bounds the Newton steps; the residual that is
+//! nothing but the work. [`Method::rounds`](crate::method::Method::rounds) bounds the Newton steps; the residual that is
 //! left is in `data.solver`.
 //!
 //! With large friction the limits may have no solution that agrees with them, or several (Painlevé): then a residual
@@ -48,11 +48,13 @@ pub mod steady;
 
 use super::cost::{GROUPS, Kind};
 use super::describe::{self, Creep, Description, Unlike};
-use super::impedance::{PerMix, Reference, clamp, impedance, least_regularisation, regularisation, share};
+use super::impedance::{Reference, clamp, impedance, least_regularisation, regularisation, share};
 use super::island::{Island, Solve, Source};
 use super::mujoco::coefficients::inverse_mass;
-use super::newton::{self, Constraint, Into, Outcome, Space, Vectors};
+use super::newton::{self, Constraint, Into, Space, Vectors};
+use super::per_mix::PerMix;
 use super::{Law, Lever, Task};
+use crate::data::Outcome;
 use crate::data::{Contact, JointRow, JointRowKind, Scratchpad};
 use crate::math::Vec6;
 use crate::model::{Cone, Mix};
@@ -117,7 +119,7 @@ impl Coefficients {
         Coefficients {
             friction: mix.friction,
             solimp,
-            spring: Reference::new(&mix.solref, &solimp, task.method.timestep, opt.flags.refsafe),
+            spring: Reference::new(&mix.solref, &solimp, task.settings.timestep, opt.flags.refsafe),
             margin: mix.margin,
             onset,
             stiffening: if pyramid { mu2 / opt.impratio * (1.0 + mu2) / (mix.condim - 1) as f64 } else { 1.0 },
@@ -131,7 +133,7 @@ fn shortcut(task: &Task, own: &mut Scratchpad, tree: usize, which: &[usize], con
 
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     pose(task, own, island);
-    island.solve(task.model, task.data, Settle { rounds: task.method.rounds })
+    island.solve(task.model, task.data, Settle { rounds: task.settings.rounds })
 }
 
 /// The terms of the sum.
@@ -147,7 +149,7 @@ fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
 
 /// The terms of one contact.
 fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: usize, index: usize) {
-    let Task { model, data, method, .. } = *task;
+    let Task { model, data, settings, .. } = *task;
     let contact = &data.contacts[index];
     let own = &coefficients[contact.mix as usize];
     let inverse = if model.opt.flags.diagexact {
@@ -162,7 +164,7 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
     c.force = contact.force;
     c.cone.kind = Kind::Coulomb;
     c.cone.mu[1..].copy_from_slice(&own.friction);
-    let least = least_regularisation(method.integrator.implicit, inverse);
+    let least = least_regularisation(settings.implicit, inverse);
     c.cone.d[0] = 1.0 / (regularisation(d, inverse) * own.stiffening).max(least);
     c.bias[0] = -own.spring.acceleration(d, r, c.velocity[0]);
     c.inverse = [inverse, 0.0, 0.0, 0.0];
@@ -181,7 +183,7 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
         c.inverse[2] += angular;
     }
     c.inverse[3] = c.inverse[2];
-    friction(method.timestep, method.integrator.implicit, 1, c);
+    friction(settings.timestep, settings.implicit, 1, c);
 }
 
 /// A joint limit or dry friction.
@@ -190,8 +192,8 @@ fn joint(task: &Task, row: &JointRow, c: &mut Constraint) {
     c.inverse[0] = row.inverse;
     c.force[0] = row.force;
     if row.kind == JointRowKind::DryFriction {
-        let h = task.method.timestep;
-        let implicit = task.method.integrator.implicit;
+        let h = task.settings.timestep;
+        let implicit = task.settings.implicit;
         c.bias[0] = c.velocity[0] / h;
         c.cone.d[0] = 1.0 / (if implicit { IMPLICIT_SLIP } else { SLIP } * row.inverse);
         c.cone.frozen = usize::from(implicit);

@@ -34,7 +34,7 @@ pub fn steady(
     let first = &contacts[which[0]];
     let alike = |c: &Contact| c.mix == first.mix && c.frame == first.frame && c.body == first.body;
     let flags = &task.model.opt.flags;
-    if which.len() > MOST || flags.diagexact || task.method.integrator.implicit {
+    if which.len() > MOST || flags.diagexact || task.settings.implicit {
         return None;
     }
     if !which[1..].iter().all(|&c| alike(&contacts[c])) {
@@ -64,7 +64,7 @@ fn tried<const DIM: usize, const L: usize>(
     which: &[usize],
     contacts: &mut [Contact],
 ) -> Option<Vec6> {
-    let Task { model, data, method, .. } = *task;
+    let Task { model, data, settings, .. } = *task;
     let root = model.trees[tree].bodies.start;
     let mover = &data.movers[root];
     let first = &contacts[which[0]];
@@ -106,7 +106,7 @@ fn tried<const DIM: usize, const L: usize>(
     alpha += w * torque * sign;
 
     // Whether each force is what its formula asks for.
-    let per_step = 1.0 / method.timestep;
+    let per_step = 1.0 / settings.timestep;
     let [linear, angular] = model.bodies[model.geoms[first.geom[side] as usize].body].invweight0;
     let (mut most, mut scale) = (0.0f64, 0.0f64);
     let mut wishes = [[0.0; DIM]; L];

@@ -1,0 +1,24 @@
+//! What is found once for a model, so that a step need not: before the first step, and after a change of the model.
+
+use crate::collision;
+use crate::contact;
+use crate::data::Data;
+use crate::dynamics;
+use crate::model::Model;
+
+impl Data {
+    /// Buffers for a model, and all that never changes: where what does not move is.
+    ///
+    /// There is room for all contacts that the scene can have, so that no step allocates after the first.
+    pub fn new(model: &Model) -> Data {
+        let mut data = Data::blank(model);
+        // A limited joint may be near both its ends.
+        let joints = data.plan.dry.len() + 2 * data.plan.limited.len();
+        let contacts = collision::room(model);
+        data.contacts.reserve(contacts);
+        data.joint_rows.reserve(joints);
+        data.scratch.put(Box::new(contact::Scratch::new(model, contacts, joints)));
+        dynamics::prepare(model, &mut data);
+        data
+    }
+}
