@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut data = Data::new(&model);
     while state.time < 1.0 {
         for _ in 0..50 {
-            step(&model, &method, &mut state, &mut data).map_err(|d| format!("diverged at {} s", d.time))?;
+            step(&model, &method, &mut state, &mut data)?;
         }
         println!("{:.1} s: height {:.4} m, speed {:+.3} m/s", state.time, state.qpos[2], state.qvel[2]);
     }

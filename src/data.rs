@@ -17,6 +17,8 @@ use crate::model::Model;
 pub struct Data {
     /// What a step of this model has to compute.
     pub plan: Plan,
+    /// [`Model::revision`] of the model that all this was prepared for.
+    pub revision: u64,
 
     // Kinematics: poses in the world.
     pub xpos: Vec<Vec3>,
@@ -280,6 +282,7 @@ impl Data {
         let entries = plan.pattern.size();
         Data {
             plan,
+            revision: model.revision(),
             xpos: vec![Vec3::zeros(); n],
             xquat: vec![Quat::identity(); n],
             xmat: vec![Mat3::identity(); n],

@@ -6,6 +6,8 @@
 //! rows of contacts, joint limits and dry friction, f their forces. [`forward`] finds q̈ at a state, pass by pass, and an
 //! integrator moves the state along.
 
+use std::fmt;
+
 use crate::collision;
 use crate::contact;
 use crate::data::{Counts, Data};
@@ -18,13 +20,86 @@ use crate::state::State;
 
 /// Advances the state by one timestep.
 ///
-/// Errors: [`Diverged`] if a position, velocity or acceleration is not finite or beyond 1e10 (MuJoCo's bound);
-/// the state is then what the failed step left.
-pub fn step(model: &Model, method: &Method, state: &mut State, data: &mut Data) -> Result<(), Diverged> {
+/// As in MuJoCo, poses, contacts and forces in `data` are then those at the beginning of the step; [`forward`] brings them
+/// up to date.
+///
+/// Errors: see [`StepError`]. Where the run diverged the state is what the failed step left, otherwise as it was.
+pub fn step(model: &Model, method: &Method, state: &mut State, data: &mut Data) -> Result<(), StepError> {
+    check(model, method, state)?;
+    data.follow(model);
     data.counts = Counts::default();
     (method.integrator.advance)(model, method, state, data);
     data.unconverged += usize::from(data.solver.residual > CONVERGED);
-    if sane(&state.qpos) & sane(&state.qvel) & sane(&data.qacc) { Ok(()) } else { Err(diverged(model, state, data)) }
+    if sane(&state.qpos) & sane(&state.qvel) & sane(&data.qacc) {
+        Ok(())
+    } else {
+        Err(StepError::Diverged(diverged(model, state, data)))
+    }
+}
+
+/// Why a step could not be taken.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StepError {
+    /// A position, velocity or acceleration is not finite or beyond 1e10 (MuJoCo's bound).
+    Diverged(Diverged),
+    /// The timestep is not above zero, s.
+    Timestep(f64),
+    /// A list of the state has not the length that the model asks for.
+    Length { list: &'static str, has: usize, wants: usize },
+}
+
+impl fmt::Display for StepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            StepError::Diverged(diverged) => diverged.fmt(f),
+            StepError::Timestep(h) => write!(f, "a timestep of {h} s: it has to be above zero"),
+            StepError::Length { list, has, wants } => {
+                write!(
+                    f,
+                    "{list} has {has} numbers where the model has {wants}: make the state with State::new(&model)"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for StepError {}
+
+impl StepError {
+    /// Simulated time until which the run was good, s; 0 where it could not begin.
+    pub fn time(&self) -> f64 {
+        match self {
+            StepError::Diverged(diverged) => diverged.time,
+            StepError::Timestep(_) | StepError::Length { .. } => 0.0,
+        }
+    }
+}
+
+impl From<Diverged> for StepError {
+    fn from(diverged: Diverged) -> StepError {
+        StepError::Diverged(diverged)
+    }
+}
+
+/// Whether timestep and state suit the model.
+#[inline]
+fn check(model: &Model, method: &Method, state: &State) -> Result<(), StepError> {
+    let h = method.timestep;
+    if !(h > 0.0 && h < f64::INFINITY) {
+        return Err(StepError::Timestep(h));
+    }
+    let pushes = if state.xfrc_applied.is_empty() { 0 } else { model.bodies.len() };
+    let lists = [
+        ("qpos", state.qpos.len(), model.nq),
+        ("qvel", state.qvel.len(), model.nv),
+        ("ctrl", state.ctrl.len(), model.actuators.len()),
+        ("qacc_warmstart", state.qacc_warmstart.len(), model.nv),
+        ("xfrc_applied", state.xfrc_applied.len(), pushes),
+    ];
+    match lists.into_iter().find(|(_, has, wants)| has != wants) {
+        Some((list, has, wants)) => Err(StepError::Length { list, has, wants }),
+        None => Ok(()),
+    }
 }
 
 /// A step whose contact forces are left with a larger residual than this counts as unconverged: a hundredth of a percent of
@@ -40,6 +115,7 @@ const CONVERGED: f64 = 1e-4;
 /// | `smooth` | qpos, qvel, ctrl, applied forces, poses | M and its factor, c, τ, qacc_smooth = M⁻¹ (τ − c) |
 /// | `constrain` | contacts, qacc_smooth, qvel, the last step's forces | f, qfrc_constraint = Jᵀ f, qacc |
 pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
+    data.follow(model);
     data.counts.forwards += 1;
     dynamics::kinematics(model, &state.qpos, data);
     collision::detect(model, data);

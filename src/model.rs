@@ -1,18 +1,61 @@
-//! What the world is: the compiled, immutable scene, in SI units and radians.
+//! What the world is: the compiled scene, in SI units and radians.
 //!
 //! Field names are MuJoCo's. Bodies, joints, dofs and geoms are numbered in MuJoCo's depth-first order, so
 //! `qpos`, `qvel` and contact lists compare element by element. Body 0 is the world.
 //! A `Model` is valid by construction: whatever could be wrong was reported by [`crate::compile`].
 
 use std::collections::BTreeMap;
-use std::ops::Range;
+use std::ops::{Deref, Range};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::math::{Mat3, Quat, Vec3};
 
 pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind};
 
+/// A compiled scene.
+///
+/// Its [`Parts`] are read through it: `model.bodies[1].mass`. They change only by [`Model::edit`], which keeps what follows
+/// from them right and gives the model a new [revision](Model::revision), so that a step knows that something has changed.
 #[derive(Clone, Debug)]
 pub struct Model {
+    parts: Parts,
+    revision: u64,
+}
+
+impl Deref for Model {
+    type Target = Parts;
+
+    fn deref(&self) -> &Parts {
+        &self.parts
+    }
+}
+
+impl Model {
+    pub(crate) fn new(parts: Parts) -> Model {
+        let mut model = Model { parts, revision: 0 };
+        model.revise();
+        model
+    }
+
+    /// A number that no other scene has: two models of the same revision are equal.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// For the compiler and [`Model::edit`], which must [`revise`](Model::revise) afterwards.
+    pub(crate) fn parts_mut(&mut self) -> &mut Parts {
+        &mut self.parts
+    }
+
+    pub(crate) fn revise(&mut self) {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        self.revision = NEXT.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// What a [`Model`] is made of.
+#[derive(Clone, Debug)]
+pub struct Parts {
     pub name: String,
     pub nq: usize,
     pub nv: usize,
@@ -56,6 +99,17 @@ pub struct Options {
     pub tolerance: f64,
     pub iterations: usize,
     pub flags: Flags,
+    /// `<flag override="enable">`: for every contact, in place of what its geoms say.
+    pub contact_override: Option<ContactOverride>,
+}
+
+/// `o_friction`, `o_solref`, `o_solimp`, `o_margin`; units as in [`Mix`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactOverride {
+    pub friction: [f64; 5],
+    pub solref: [f64; 2],
+    pub solimp: [f64; 5],
+    pub margin: f64,
 }
 
 /// `<flag>`: true means enabled.
@@ -140,7 +194,7 @@ pub struct Dof {
     pub invweight0: f64,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Geom {
     pub name: String,
     pub kind: GeomKind,
@@ -336,7 +390,7 @@ pub struct Plan {
     pub actuators: usize,
 }
 
-impl Model {
+impl Parts {
     /// The scene's own contact law, from `<custom><text name="penny.contact">`, if it names one.
     pub fn contact_law(&self) -> Option<&str> {
         self.texts.get("penny.contact").map(String::as_str)

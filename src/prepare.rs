@@ -21,4 +21,18 @@ impl Data {
         dynamics::prepare(model, &mut data);
         data
     }
+
+    /// Prepares everything anew if the model is another one than before, or has been changed ([`Model::edit`]).
+    #[inline]
+    pub fn follow(&mut self, model: &Model) {
+        if self.revision != model.revision() {
+            self.renew(model);
+        }
+    }
+
+    #[cold]
+    fn renew(&mut self, model: &Model) {
+        let Data { counts, unsolved, unconverged, .. } = *self;
+        *self = Data { counts, unsolved, unconverged, ..Data::new(model) };
+    }
 }

@@ -3,7 +3,7 @@
 use crate::data::Data;
 use crate::dynamics;
 use crate::math::{Vec3, Vec6};
-use crate::model::{FreeBody, JointKind, Model, Tree};
+use crate::model::{self, FreeBody, JointKind, Model, Tree};
 
 /// Fills `invweight0` of all bodies and dofs.
 ///
@@ -50,9 +50,9 @@ fn fill_free(model: &mut Model, t: usize, free: &FreeBody) {
             poses.push((pos + quat * model.bodies[b].pos, quat * model.bodies[b].quat));
         }
         let (pos, quat) = poses[b - bodies.start];
-        model.bodies[b].invweight0 = [lightness(pos + quat * model.bodies[b].ipos), rotational];
+        model.parts_mut().bodies[b].invweight0 = [lightness(pos + quat * model.bodies[b].ipos), rotational];
     }
-    for (i, dof) in model.dofs[dofs].iter_mut().enumerate() {
+    for (i, dof) in model.parts_mut().dofs[dofs].iter_mut().enumerate() {
         dof.invweight0 = if i < 3 { lightness(Vec3::zeros()) } else { rotational };
     }
 }
@@ -73,9 +73,9 @@ fn slides_simply(model: &Model, tree: &Tree) -> bool {
 fn fill_simple(model: &mut Model, t: usize) {
     let body = model.trees[t].bodies.start;
     let light = 1.0 / model.bodies[body].mass;
-    model.bodies[body].invweight0 = [light, 0.0];
+    model.parts_mut().bodies[body].invweight0 = [light, 0.0];
     let dofs = model.trees[t].dofs.clone();
-    model.dofs[dofs].iter_mut().for_each(|dof| dof.invweight0 = light);
+    model.parts_mut().dofs[dofs].iter_mut().for_each(|dof| dof.invweight0 = light);
 }
 
 fn fill_articulated(model: &mut Model, t: usize, data: &Data) {
@@ -90,16 +90,17 @@ fn fill_articulated(model: &mut Model, t: usize, data: &Data) {
     for b in bodies {
         dynamics::jacobian(model, data, b, &dynamics::xipos(model, data, b), &mut jacobian);
         let diagonal = Vec6::from_fn(|k, _| weigh(model, jacobian.iter().map(|column| column[k]).collect()));
-        model.bodies[b].invweight0 = [diagonal.fixed_rows::<3>(0).mean(), diagonal.fixed_rows::<3>(3).mean()];
+        model.parts_mut().bodies[b].invweight0 =
+            [diagonal.fixed_rows::<3>(0).mean(), diagonal.fixed_rows::<3>(3).mean()];
     }
     let unit = |d: usize| dofs.clone().map(|i| f64::from(u8::from(i == d))).collect();
     for d in dofs.clone() {
-        model.dofs[d].invweight0 = weigh(model, unit(d));
+        model.parts_mut().dofs[d].invweight0 = weigh(model, unit(d));
     }
     for joint in dynamics::joints_of(model, &model.trees[t]) {
-        let joint = &model.joints[joint];
-        if matches!(joint.kind, JointKind::Free | JointKind::Ball) {
-            for block in model.dofs[joint.dofadr..joint.dofadr + joint.kind.nv()].chunks_mut(3) {
+        let model::Joint { kind, dofadr, .. } = model.joints[joint];
+        if matches!(kind, JointKind::Free | JointKind::Ball) {
+            for block in model.parts_mut().dofs[dofadr..dofadr + kind.nv()].chunks_mut(3) {
                 let mean = block.iter().map(|dof| dof.invweight0).sum::<f64>() / 3.0;
                 block.iter_mut().for_each(|dof| dof.invweight0 = mean);
             }

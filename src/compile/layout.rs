@@ -330,7 +330,7 @@ fn size(geom: &spec::Geom, half: Option<f64>, log: &mut Log) -> Vec3 {
 }
 
 /// Radius (m) of a ball about the centre that holds the whole shape; 0 for a plane, which has no such ball.
-fn bounding_radius(kind: GeomKind, size: &Vec3) -> f64 {
+pub fn bounding_radius(kind: GeomKind, size: &Vec3) -> f64 {
     match kind {
         GeomKind::Plane => 0.0,
         GeomKind::Sphere => size.x,

@@ -5,7 +5,7 @@ use super::layout::{World, label, no_direction};
 use super::{Log, frames};
 use crate::math::{self, MIN_VAL, Mat3, Quat, Vec3};
 use crate::mjcf::{ProblemKind, Spec, spec};
-use crate::model::{Body, FreeBody, Geom, JointKind};
+use crate::model::{Body, Dof, FreeBody, Geom, Joint, JointKind, Tree};
 
 /// Fills everything about mass into a scene that is laid out: bodies and free bodies.
 pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
@@ -23,7 +23,7 @@ pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
         return;
     }
     for t in 0..world.trees.len() {
-        world.trees[t].free = free_body(world, t);
+        world.trees[t].free = free_body(&world.trees[t], &world.bodies, &world.joints, &world.dofs);
     }
 }
 
@@ -185,17 +185,16 @@ fn weightless_geoms(world: &World, id: usize) -> String {
 
 /// The closed form of a tree that is one rigid body on a free joint. Armature, dampers, springs and dry
 /// friction on that joint need the general path.
-fn free_body(world: &World, t: usize) -> Option<FreeBody> {
-    let tree = &world.trees[t];
-    let root = &world.bodies[tree.bodies.start];
-    let joint = &world.joints[root.joints.start];
-    let dof = &world.dofs[tree.dofs.start];
+pub fn free_body(tree: &Tree, bodies: &[Body], joints: &[Joint], dofs: &[Dof]) -> Option<FreeBody> {
+    let root = &bodies[tree.bodies.start];
+    let joint = &joints[root.joints.start];
+    let dof = &dofs[tree.dofs.start];
     let plain = joint.stiffness == 0.0 && dof.damping == 0.0 && dof.armature == 0.0 && dof.frictionloss == 0.0;
     if joint.kind != JointKind::Free || tree.dofs.len() != 6 || !plain {
         return None;
     }
     let massive = |b: &&Body| b.mass > 0.0;
-    let bodies = &world.bodies[tree.bodies.clone()];
+    let bodies = &bodies[tree.bodies.clone()];
     if bodies.iter().filter(massive).count() == 1 && root.mass > 0.0 {
         return Some(FreeBody { mass: root.mass, com: root.ipos, axes: math::mat(&root.iquat), inertia: root.inertia });
     }

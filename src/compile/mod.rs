@@ -3,6 +3,7 @@
 //! Whatever can be wrong with a scene is found here at the latest; a [`Model`] is valid by construction.
 
 mod controls;
+mod edit;
 mod frames;
 mod inertia;
 mod invweight;
@@ -13,10 +14,12 @@ mod plan;
 
 use std::collections::BTreeMap;
 
+pub use edit::Invalid;
+
 use crate::contact;
 use crate::integrate;
 use crate::mjcf::{Document, NodeId, PENNY_TRUTHS, Problem, ProblemKind, Span, Spec, spec};
-use crate::model::{Flags, Model, Options, TutorialParams};
+use crate::model::{ContactOverride, Flags, Model, Options, Parts, TutorialParams};
 
 /// Compiles a checked scene.
 ///
@@ -28,7 +31,8 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     if log.errors.is_empty() {
         masses::fill(&mut world, spec, &mut log);
     }
-    let (pairs, mixes) = pairs::find(&world, spec, &mut log);
+    let opt = options(spec);
+    let (pairs, mixes) = pairs::find(&world, spec, opt.contact_override, &mut log);
     let actuators = controls::actuators(&world, spec, &mut log);
     controls::closed_forms(&mut world, &actuators);
     let keyframes = controls::keyframes(&world, spec, &mut log);
@@ -38,11 +42,11 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         return Err(log.errors);
     }
 
-    let mut model = Model {
+    let mut parts = Parts {
         name: spec.model_name.clone(),
         nq: world.qpos0.len(),
         nv: world.dofs.len(),
-        opt: options(spec),
+        opt,
         bodies: world.bodies,
         joints: world.joints,
         dofs: world.dofs,
@@ -58,7 +62,8 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         qpos0: world.qpos0,
         plan: Default::default(),
     };
-    model.plan = plan::plan(&model);
+    parts.plan = plan::plan(&parts);
+    let mut model = Model::new(parts);
     if let Err(dof) = invweight::fill(&mut model) {
         let joint = world.joint_specs[model.dofs[dof].joint];
         let help = "its motion is one that other joints already allow: remove it, turn its axis, or give it `armature`";
@@ -167,6 +172,12 @@ fn options(spec: &Spec) -> Options {
             eulerdamp: flag("eulerdamp"),
             diagexact: spec.flags.get("diagexact").copied().unwrap_or(false),
         },
+        contact_override: spec.flags.get("override").copied().unwrap_or(false).then_some(ContactOverride {
+            friction: option.o_friction.map(|mu| mu.max(pairs::MIN_MU)),
+            solref: option.o_solref,
+            solimp: option.o_solimp,
+            margin: option.o_margin,
+        }),
     }
 }
 

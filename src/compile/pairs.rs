@@ -6,7 +6,7 @@ use super::Log;
 use super::layout::World;
 use crate::collision::sweep::{may_touch, order};
 use crate::mjcf::{ProblemKind, Spec, spec};
-use crate::model::{Geom, GeomKind, Mix, Pair, Pairs};
+use crate::model::{ContactOverride, Geom, GeomKind, Mix, Pair, Pairs};
 
 /// Up to this many pairs among geoms other than planes are listed one by one (24 free spheres have 276);
 /// beyond, a broad phase looks for them in each step. From about 8 bodies on that is as fast.
@@ -18,7 +18,7 @@ pub const MIN_MU: f64 = 1e-5;
 /// The pairs of a scene in MuJoCo's contact order, and their parameters.
 ///
 /// A `<pair>` replaces what the filters would let pass.
-pub fn find(world: &World, spec: &Spec, log: &mut Log) -> (Pairs, Vec<Mix>) {
+pub fn find(world: &World, spec: &Spec, over: Option<ContactOverride>, log: &mut Log) -> (Pairs, Vec<Mix>) {
     let excluded = excluded(world, spec, log);
     let given = explicit(world, spec, log);
     let on = |flag: &str| spec.flags.get(flag).copied().unwrap_or(true);
@@ -35,7 +35,6 @@ pub fn find(world: &World, spec: &Spec, log: &mut Log) -> (Pairs, Vec<Mix>) {
         }
     });
     let swept = unlisted > MOST_LISTED;
-    let over = spec.flags.get("override").copied().unwrap_or(false).then_some(&spec.option);
 
     let mut pairs = Pairs { excluded, ..Pairs::default() };
     let mut mixes = Mixes::default();
@@ -52,7 +51,7 @@ pub fn find(world: &World, spec: &Spec, log: &mut Log) -> (Pairs, Vec<Mix>) {
     }
     pairs.listed.sort_by_key(|pair| order(&world.geoms, pair));
     if swept {
-        sweep(world, &mut pairs, &mut mixes, over);
+        sweep(&world.geoms, &mut pairs, &mut mixes, over);
     }
     (pairs, mixes.list)
 }
@@ -179,18 +178,13 @@ fn given(pair: &spec::Pair) -> Mix {
     }
 }
 
-/// `<flag override="enable">`: `o_margin`, `o_solref`, `o_solimp`, `o_friction` for every contact; condim and gap stay.
-fn overridden(mix: Mix, over: Option<&spec::OptionSpec>) -> Mix {
+/// `<flag override="enable">`: condim and gap stay.
+fn overridden(mix: Mix, over: Option<ContactOverride>) -> Mix {
     match over {
         None => mix,
-        Some(o) => Mix {
-            friction: o.o_friction.map(|mu| mu.max(MIN_MU)),
-            solref: o.o_solref,
-            solreffriction: o.o_solref,
-            solimp: o.o_solimp,
-            margin: o.o_margin,
-            ..mix
-        },
+        Some(ContactOverride { friction, solref, solimp, margin }) => {
+            Mix { friction, solref, solreffriction: solref, solimp, margin, ..mix }
+        }
     }
 }
 
@@ -222,14 +216,14 @@ fn bits(mix: &Mix) -> [u64; 17] {
 }
 
 /// Many geoms: those that collide with others than planes, and a table of mixes by class of parameters.
-fn sweep(world: &World, pairs: &mut Pairs, mixes: &mut Mixes, over: Option<&spec::OptionSpec>) {
-    let swept = |g: &usize| world.geoms[*g].kind != GeomKind::Plane && collides(&world.geoms[*g]);
-    pairs.swept = (0..world.geoms.len()).filter(swept).collect();
+fn sweep(geoms: &[Geom], pairs: &mut Pairs, mixes: &mut Mixes, over: Option<ContactOverride>) {
+    let swept = |g: &usize| geoms[*g].kind != GeomKind::Plane && collides(&geoms[*g]);
+    pairs.swept = (0..geoms.len()).filter(swept).collect();
     let mut classes: BTreeMap<Vec<u64>, (u32, usize)> = BTreeMap::new();
-    pairs.class = vec![0; world.geoms.len()];
+    pairs.class = vec![0; geoms.len()];
     for &g in &pairs.swept {
         let count = classes.len() as u32;
-        pairs.class[g] = classes.entry(parameters(&world.geoms[g])).or_insert((count, g)).0;
+        pairs.class[g] = classes.entry(parameters(&geoms[g])).or_insert((count, g)).0;
     }
     let mut examples = vec![0; classes.len()];
     for (class, geom) in classes.into_values() {
@@ -237,10 +231,29 @@ fn sweep(world: &World, pairs: &mut Pairs, mixes: &mut Mixes, over: Option<&spec
     }
     for &a in &examples {
         for &b in &examples {
-            let mix = overridden(mixed(&world.geoms[a], &world.geoms[b]), over);
+            let mix = overridden(mixed(&geoms[a], &geoms[b]), over);
             pairs.mix_table.push(mixes.index(mix) as u32);
         }
     }
+}
+
+/// Contact parameters anew, after geoms have changed; those of a `<pair>` stay.
+pub fn remix(geoms: &[Geom], over: Option<ContactOverride>, pairs: &mut Pairs, old: &[Mix]) -> Vec<Mix> {
+    let mut mixes = Mixes::default();
+    for pair in &mut pairs.listed {
+        let [a, b] = pair.geom.map(|g| &geoms[g]);
+        let mix = if pair.explicit { old[pair.mix].clone() } else { mixed(a, b) };
+        let index = mixes.index(overridden(mix, over));
+        let explicit = pair.explicit;
+        if let Some(anew) = Pair::new(geoms, pair.geom, index, &mixes.list[index]) {
+            *pair = Pair { explicit, ..anew };
+        }
+    }
+    if !pairs.swept.is_empty() {
+        pairs.mix_table.clear();
+        sweep(geoms, pairs, &mut mixes, over);
+    }
+    mixes.list
 }
 
 /// All that a geom contributes to a mix.

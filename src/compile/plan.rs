@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use crate::collision::collider;
-use crate::model::{GeomKind, Joint, Model, Plan};
+use crate::model::{GeomKind, Joint, Parts, Plan};
 
-pub fn plan(model: &Model) -> Plan {
+pub fn plan(model: &Parts) -> Plan {
     let springs = model.opt.flags.spring;
     let dampers = model.opt.flags.damper;
     let joints = |has: &dyn Fn(&Joint) -> bool| model.joints.iter().filter(|j| has(j)).count();
@@ -33,14 +33,14 @@ pub fn plan(model: &Model) -> Plan {
     }
 }
 
-fn colliding_geoms(model: &Model) -> Vec<usize> {
+fn colliding_geoms(model: &Parts) -> Vec<usize> {
     let listed = model.pairs.listed.iter().flat_map(|p| p.geom);
     let geoms: BTreeSet<usize> = listed.chain(model.pairs.swept.iter().copied()).collect();
     geoms.into_iter().collect()
 }
 
 /// The shapes that can meet: those of the listed pairs, and all combinations of the swept kinds.
-fn colliders(model: &Model) -> Vec<[GeomKind; 2]> {
+fn colliders(model: &Parts) -> Vec<[GeomKind; 2]> {
     let kind = |g: usize| model.geoms[g].kind;
     let mut found: BTreeSet<[GeomKind; 2]> = model.pairs.listed.iter().map(|p| p.geom.map(kind)).collect();
     let swept: BTreeSet<GeomKind> = model.pairs.swept.iter().map(|&g| kind(g)).collect();

@@ -450,7 +450,9 @@ fn without_sweep(model: &Model) -> Model {
     }
     listed.append(&mut more);
     listed.sort_by_key(|pair| order(&model.geoms, pair));
-    Model { pairs: Pairs { listed, ..Pairs::default() }, ..model.clone() }
+    let mut all = model.clone();
+    all.edit(|m| m.pairs = Pairs { listed, ..Pairs::default() }).expect("pairs");
+    all
 }
 
 /// The sweep keeps its list from step to step; bodies drift apart and together and jump, and no contact is lost or

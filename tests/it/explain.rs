@@ -118,7 +118,7 @@ fn the_tiniest_mass_has_a_limit() {
     let limits = [1.0, 1e-12].map(|mass| {
         let mut model = ball("0.02 1", custom);
         let touch = Touch { mass, lightest: mass, ..only_touch(&model) };
-        model.mixes[touch.mix].condim = 1;
+        model.edit(|m| m.mixes[touch.mix].condim = 1).expect("a condim");
         probe::largest_timestep(&model, &method("tutorial", "semi-implicit-euler"), &touch)
     });
     assert!(limits[0].is_some_and(|h| h > 1e-2) && limits[1].is_some_and(|h| h < 1e-6), "{limits:?}");
@@ -147,7 +147,7 @@ fn what_hops_for_ever_is_said_to() {
     assert!(calm < 1e-3 && probe::hop(&model, &Method { timestep: calm, ..method }, &touch).is_none());
     // Deep enough in the ground, it rests.
     let mut elliptic = scene("circle");
-    elliptic.opt.cone = penny::model::Cone::Elliptic;
+    elliptic.edit(|m| m.opt.cone = penny::model::Cone::Elliptic).expect("a cone");
     assert!(probe::hop(&elliptic, &Method { timestep: 1e-3, ..method }, &touch).is_none());
 }
 

@@ -204,7 +204,7 @@ fn whole_runs_are_mujocos_under_every_integrator() {
     for run in golden["runs"].as_array().expect("runs") {
         let (name, integrator) = (run["name"].as_str().expect("a name"), run["integrator"].as_str().expect("a name"));
         let mut model = load(name);
-        (model.opt.tolerance, model.opt.iterations) = (0.0, 100);
+        model.edit(|m| (m.opt.tolerance, m.opt.iterations) = (0.0, 100)).expect("finite");
         let law = contact::by_name("mujoco").expect("the law");
         let integrator = integrate::by_name(integrator).expect("MuJoCo's integrators are Penny's");
         let method = Method { contact: law, integrator, ..method(&model) };

@@ -246,7 +246,7 @@ fn a_warm_start_changes_nothing_but_the_work() {
         let warm = solve(&model, &cold);
         let astray: Vec<f64> = (0..model.nv).map(|i| 50.0 * (i as f64 + 1.0).sin()).collect();
         let lost = solve(&model, &astray);
-        model.opt.flags.warmstart = false;
+        model.edit(|m| m.opt.flags.warmstart = false).expect("a flag");
         let none = solve(&model, &zeros);
         for (name, other) in [("its own solution", &warm), ("a wrong start", &lost), ("none", &none)] {
             let off = difference(&cold, other) / size(&cold).max(1.0);
@@ -276,7 +276,7 @@ fn iterations_are_bounded_by_the_option() {
     let golden = golden();
     let case = golden.scenes.iter().find(|c| c.name == "ten spheres elliptic").expect("a golden scene");
     let mut model = load(&case.xml);
-    model.opt.iterations = 1;
+    model.edit(|m| m.opt.iterations = 1).expect("a number");
     let method = method(&model);
     let (mut state, mut data) = start(&model, case);
     for _ in 0..100 {

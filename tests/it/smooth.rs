@@ -4,7 +4,7 @@ use penny::contact::{Law, Lever, describe};
 use penny::data::Data;
 use penny::dynamics::energy::{energy, momentum};
 use penny::dynamics::{jacobian, kinematics, smooth, solve_m, xipos};
-use penny::forward::{Method, forward, step};
+use penny::forward::{Method, StepError, forward, step};
 use penny::integrate::{self, Integrator, displace};
 use penny::math::{Mat3, Vec3, Vec6, mat};
 use penny::model::Model;
@@ -229,9 +229,7 @@ fn closed_form_of_a_free_body_is_the_general_path() {
         if model.trees.iter().all(|t| t.free.is_none()) {
             return;
         }
-        for tree in &mut general.trees {
-            tree.free = None;
-        }
+        general.edit(|m| m.trees.iter_mut().for_each(|tree| tree.free = None)).expect("the general way");
         let (mut data, mut other) = (Data::new(model), Data::new(&general));
         smooth_at(model, start, &mut data);
         smooth_at(&general, start, &mut other);
@@ -352,7 +350,7 @@ fn floating_mechanism_keeps_momentum_and_energy() {
     let scene = scenes.iter().find(|s| s["name"] == "floating").unwrap();
     let xml = scene["xml"].as_str().unwrap().replace("damping=\"0.1\"", "");
     let mut model = model(&xml);
-    model.opt.gravity = Vec3::zeros();
+    model.edit(|m| m.opt.gravity = Vec3::zeros()).expect("finite");
     let (mut state, mut data) = (state(&model, &scene["samples"][0]), Data::new(&model));
     let (e0, p0) = (energy(&model, &state, &mut data), momentum(&model, &state, &mut data));
     for _ in 0..1000 {
@@ -391,10 +389,10 @@ fn divergence_names_the_culprit() {
     let (mut state, mut data) = (State::new(&model), Data::new(&model));
     step(&model, &method, &mut state, &mut data).unwrap();
     state.qvel[6] = 1e14;
-    let diverged = step(&model, &method, &mut state, &mut data).unwrap_err();
+    let StepError::Diverged(diverged) = step(&model, &method, &mut state, &mut data).unwrap_err() else { panic!() };
     assert_eq!((diverged.body, diverged.quantity, diverged.index, diverged.contact), (2, "qpos", 7, None));
     state.qvel[1] = f64::NAN;
-    let diverged = step(&model, &method, &mut state, &mut data).unwrap_err();
+    let StepError::Diverged(diverged) = step(&model, &method, &mut state, &mut data).unwrap_err() else { panic!() };
     assert_eq!((diverged.body, diverged.quantity, diverged.index), (1, "qpos", 1));
 }
 

@@ -120,7 +120,7 @@ fn a_map_runs_for_its_time_and_knows_what_never_lands() {
     }
     // Beyond its limit the contact throws the disk; the run has to be long enough to see it.
     let mut soft = setting(&disk(0.6), &integrate::explicit_euler::METHOD, 9e-5);
-    soft.case.model.mixes.iter_mut().for_each(|mix| mix.solref = [-1e9, -10.0]);
+    soft.case.model.edit(|m| m.mixes.iter_mut().for_each(|mix| mix.solref = [-1e9, -10.0])).expect("finite");
     assert!(map::unstable(map::classify(&soft)));
 }
 

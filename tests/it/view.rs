@@ -194,7 +194,7 @@ fn a_scene_that_diverges_stops_and_says_so() {
     stage.session.push(1, Vec6::new(1e300, 0.0, 0.0, 0.0, 0.0, 0.0)).expect("finite");
     assert!(!(0..3).all(|_| {
         let fine = stage.session.step();
-        stage.message = fine.as_ref().err().map_or_else(String::new, |d| stage.session.diverged(d));
+        stage.message = fine.as_ref().err().map_or_else(String::new, |d| stage.session.failure(d));
         fine.is_ok()
     }));
     assert!(stage.message.contains("diverged") && stage.message.contains("ball"), "{}", stage.message);

@@ -241,8 +241,8 @@ fn chart(
 /// Penny's run, solved to rounding as MuJoCo's; it ends early where it diverges.
 fn rows(model: &Model, method: &Method, start: &State, steps: usize) -> Vec<Vec<f64>> {
     let mut exact = model.clone();
-    exact.opt.tolerance = 0.0;
-    exact.opt.iterations = exact.opt.iterations.max(100);
+    let changed = exact.edit(|m| (m.opt.tolerance, m.opt.iterations) = (0.0, m.opt.iterations.max(100)));
+    debug_assert!(changed.is_ok(), "{changed:?}");
     let (mut state, mut data) = (start.clone(), Data::new(&exact));
     let mut rows = vec![state.qpos.clone()];
     while rows.len() <= steps && step(&exact, method, &mut state, &mut data).is_ok() {

@@ -16,7 +16,7 @@ use super::files;
 use super::format::{count, fixed, short, si, table};
 use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
 use penny::data::Data;
-use penny::forward::{Diverged, Method, step};
+use penny::forward::{Method, StepError, step};
 use penny::model::{JointKind, Model};
 use penny::state::State;
 use penny_lab::explain::{self, probe};
@@ -101,8 +101,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let before = Instant::now();
         let outcome = (i..until).try_for_each(|_| step(&model, &method, &mut state, &mut data));
         elapsed += before.elapsed();
-        if let Err(diverged) = outcome {
-            failed = Some(diverged);
+        if let Err(error) = outcome {
+            failed = Some(error);
             break;
         }
         i = until;
@@ -118,8 +118,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let figure = picture.figure(&args.scene.display().to_string(), &how);
         plot::save(&figure, path).map_err(|e| Failure::Problem(format!("error: {e}")))?;
     }
-    if let Some(diverged) = failed {
-        return Err(Failure::Problem(report(&model, &method, &data, &diverged)));
+    if let Some(error) = failed {
+        return Err(Failure::Problem(report(&model, &method, &data, &error)));
     }
     if steps > 0 {
         eprintln!("\n  {}", pace(steps, method.timestep, elapsed));
@@ -280,7 +280,8 @@ fn pace(steps: usize, timestep: f64, elapsed: Duration) -> String {
 }
 
 /// What went wrong, where and when, and what to do about it.
-fn report(model: &Model, method: &Method, data: &Data, diverged: &Diverged) -> String {
+fn report(model: &Model, method: &Method, data: &Data, error: &StepError) -> String {
+    let StepError::Diverged(diverged) = error else { return format!("error: {error}") };
     let body = super::explain::body_name(model, diverged.body);
     let mut text = format!(
         "error: the run diverged at {:.6} s: {}[{}] of {body} is {:.3e}\n",

@@ -81,13 +81,9 @@ impl Film {
                 }
             }
             let h = session.method.timestep;
-            session.step().map_err(|d| {
-                let body = &session.model.bodies[d.body].name;
-                format!(
-                    "the simulation diverged at {:.4} s: {}[{}] of `{body}` is {:e}",
-                    d.time, d.quantity, d.index, d.value
-                )
-            })?;
+            if let Err(error) = session.step() {
+                return Err(session.failure(&error));
+            }
             self.filmed += h;
         }
         let between = 1.0 - (self.filmed - self.time(index)) / session.method.timestep;

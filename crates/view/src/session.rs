@@ -4,9 +4,9 @@
 use super::energy_balance::{self, EnergyBalance};
 use super::log::{self, Change, Input, Log, Start, VERSION};
 use penny::data::Data;
-use penny::forward::{Diverged, Method, step};
+use penny::forward::{Method, StepError, step};
 use penny::math::{Quat, Vec3, Vec6};
-use penny::model::Model;
+use penny::model::{Model, Parts};
 use penny::state::State;
 use penny::{contact, integrate};
 
@@ -148,15 +148,15 @@ impl Session {
 
     /// Takes one step.
     ///
-    /// Errors: [`Diverged`]; the state is then back before the step.
-    pub fn step(&mut self) -> Result<(), Diverged> {
+    /// Errors: [`StepError`]; the state is then back before the step.
+    pub fn step(&mut self) -> Result<(), StepError> {
         let before = self.state.clone();
         let twists = energy_balance::twists(&self.model, &self.data);
-        if let Err(diverged) = step(&self.model, &self.method, &mut self.state, &mut self.data) {
+        if let Err(error) = step(&self.model, &self.method, &mut self.state, &mut self.data) {
             self.state = before;
             self.data = Data::new(&self.model);
             self.balance.revalue(&self.model, &self.state, &mut self.data);
-            return Err(diverged);
+            return Err(error);
         }
         self.steps += 1;
         self.balance.book(&self.model, self.method.timestep, &twists, &self.state, &mut self.data);
@@ -172,7 +172,8 @@ impl Session {
     }
 
     /// A sentence about a step that failed.
-    pub fn diverged(&self, d: &Diverged) -> String {
+    pub fn failure(&self, error: &StepError) -> String {
+        let StepError::Diverged(d) = error else { return error.to_string() };
         let body = &self.model.bodies[d.body].name;
         format!(
             "the simulation diverged at {:.4} s: {}[{}] of `{body}` is {:e}; try a smaller timestep",
@@ -216,6 +217,10 @@ impl Session {
         &self.original
     }
 
+    fn edit(&mut self, how: impl FnOnce(&mut Parts)) -> Result<(), String> {
+        self.model.edit(how).map_err(|e| e.to_string())
+    }
+
     fn apply(&mut self, change: &Change) -> Result<(), String> {
         match change {
             Change::Push { body, wrench } => {
@@ -234,15 +239,18 @@ impl Session {
             Change::Integrator(name) => self.method.integrator = integrator(name)?,
             Change::Timestep(h) => self.method.timestep = positive(*h)?,
             Change::Rounds(n) => self.method.rounds = (*n).max(1),
-            Change::Gravity(g) => self.model.opt.gravity = Vec3::from(finite(*g)?),
+            Change::Gravity(g) => {
+                let g = Vec3::from(finite(*g)?);
+                self.edit(|m| m.opt.gravity = g)?;
+            }
             Change::Solref(solref) => {
                 let solref = finite(*solref)?;
-                self.model.mixes.iter_mut().for_each(|m| (m.solref, m.solreffriction) = (solref, solref));
+                self.edit(|m| m.mixes.iter_mut().for_each(|m| (m.solref, m.solreffriction) = (solref, solref)))?;
             }
             Change::Friction(friction) => {
                 // MuJoCo's smallest friction coefficient.
                 let [slide, spin, roll] = finite(*friction)?.map(|f| f.max(1e-5));
-                self.model.mixes.iter_mut().for_each(|m| m.friction = [slide, slide, spin, roll, roll]);
+                self.edit(|m| m.mixes.iter_mut().for_each(|m| m.friction = [slide, slide, spin, roll, roll]))?;
             }
             Change::State(start) => {
                 let pushes = std::mem::take(&mut self.state.xfrc_applied);

@@ -201,7 +201,7 @@ impl Stage {
             }
         }
         if let Err(d) = self.session.step() {
-            self.stop(self.session.diverged(&d));
+            self.stop(self.session.failure(&d));
             return false;
         }
         self.step_ghost();

@@ -88,7 +88,8 @@ pub fn reasons(model: &Model, method: &Method, start: &State, steps: usize) -> V
 fn measure(model: &Model, method: &Method, start: &State, steps: usize) -> Difference {
     let reference = Method { contact: &mujoco::LAW, ..*method };
     let mut slick = model.clone();
-    slick.mixes.iter_mut().for_each(|mix| mix.condim = 1);
+    let changed = slick.edit(|m| m.mixes.iter_mut().for_each(|mix| mix.condim = 1));
+    debug_assert!(changed.is_ok(), "{changed:?}");
     let (mut state, mut data) = (start.clone(), Data::new(model));
     let [mut ours, mut theirs] = [Data::new(model), Data::new(model)];
     let [mut our_bare, mut their_bare] = [Data::new(&slick), Data::new(&slick)];

@@ -56,12 +56,16 @@ pub fn rows_in_touch(model: &Model, state: &State) -> Vec<Vec<usize>> {
         1e-3 * radii.fold(f64::INFINITY, f64::min)
     };
     let mut wide = model.clone();
-    for i in 0..wide.pairs.listed.len() {
-        let gap = near(&model.pairs.listed[i]);
-        let pair = &mut wide.pairs.listed[i];
-        pair.bound = Bound::None;
-        let mix = &mut wide.mixes[pair.mix];
-        mix.margin = if gap.is_finite() { mix.margin.max(gap) } else { mix.margin };
+    let widened = wide.edit(|m| {
+        for pair in &mut m.pairs.listed {
+            let gap = near(pair);
+            pair.bound = Bound::None;
+            let mix = &mut m.mixes[pair.mix];
+            mix.margin = if gap.is_finite() { mix.margin.max(gap) } else { mix.margin };
+        }
+    });
+    if widened.is_err() {
+        return Vec::new();
     }
     let mut data = Data::new(&wide);
     dynamics::kinematics(&wide, &state.qpos, &mut data);

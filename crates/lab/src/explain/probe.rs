@@ -10,7 +10,7 @@ use penny::data::Data;
 use penny::dynamics;
 use penny::forward::{Method, forward, step};
 use penny::math::Vec3;
-use penny::model::{Cone, Model};
+use penny::model::{Cone, Model, Parts};
 use penny::state::State;
 
 /// Timesteps above this are not tried, s.
@@ -112,11 +112,14 @@ fn scene(model: &Model, touch: &Touch, mass: f64) -> Option<Model> {
     );
     let mut scene = penny::parse("probe.xml", &text).ok()?.model;
     // The reader knows no bodies as light as the end of a stick.
-    let body = &mut scene.bodies[1];
-    (body.mass, body.inertia) = (mass, body.inertia * mass);
-    body.invweight0 = [touch.estimate / touch.mass; 2];
-    scene.dofs[0].invweight0 = 1.0 / mass;
-    scene.tutorial = model.tutorial.clone();
+    let lighter = |m: &mut Parts| (m.bodies[1].mass, m.bodies[1].inertia) = (mass, m.bodies[1].inertia * mass);
+    scene.edit(lighter).ok()?;
+    let estimates = |m: &mut Parts| {
+        m.bodies[1].invweight0 = [touch.estimate / touch.mass; 2];
+        m.dofs[0].invweight0 = 1.0 / mass;
+        m.tutorial = model.tutorial.clone();
+    };
+    scene.edit(estimates).ok()?;
     Some(scene)
 }
 
@@ -167,7 +170,7 @@ pub fn measure(model: &Model, method: &Method, touch: &Touch) -> Option<Measured
 /// Share of the speed [`IMPACT`] that comes back, in ever smaller steps.
 fn impact(scene: &Model, method: &Method, spring: &Spring) -> Option<f64> {
     let mut weightless = scene.clone();
-    weightless.opt.flags.gravity = false;
+    weightless.edit(|m| m.opt.flags.gravity = false).ok()?;
     let bounce = |timestep: f64| {
         let method = Method { timestep, ..*method };
         let (mut state, mut data) = (State::new(scene), Data::new(&weightless));
@@ -221,7 +224,7 @@ pub fn hop(model: &Model, method: &Method, touch: &Touch) -> Option<Hop> {
         return None;
     }
     let mut scene = scene(model, touch, touch.share())?;
-    scene.opt.gravity = Vec3::new(0.0, 0.0, -dynamics::gravity(model).norm());
+    scene.edit(|m| m.opt.gravity = Vec3::new(0.0, 0.0, -dynamics::gravity(model).norm())).ok()?;
     let [rest, low, high] = settle(&scene, method)?;
     if low >= 0.0 || high - low <= 0.1 * rest {
         return None;

@@ -125,8 +125,8 @@ fn row(case: &Case, target: &Target, method: &Method) -> Row {
         penetration: measures.penetration,
         complementarity: measures.complementarity,
         cone: measures.cone,
-        stable: run.diverged.is_none() && measures.energy_gain < GAIN,
-        diverged_at: run.diverged.map(|d| d.time),
+        stable: run.failed.is_none() && measures.energy_gain < GAIN,
+        diverged_at: run.failed.map(|error| error.time()),
     }
 }
 

@@ -5,7 +5,7 @@ use super::{Case, on_all_cores};
 use penny::data::Data;
 use penny::dynamics::energy;
 use penny::forward::{Method, forward, step};
-use penny::model::Model;
+use penny::model::{Model, Parts};
 use penny::state::State;
 
 /// What becomes of a run, from harmless to bad. The criteria are in [`classify`].
@@ -127,8 +127,10 @@ pub const QUANTITIES: &[Quantity] = &[
         range: Range::Absolute(1e-2, 1e1),
         get: |s| s.case.model.mixes.first().map(|m| m.friction[0]).ok_or("nothing in the scene can touch"),
         set: |s, mu| {
-            s.case.model.mixes.iter_mut().for_each(|mix| mix.friction[..2].fill(mu));
-            s.case.model.tutorial.mu = s.case.model.tutorial.mu.map(|_| mu);
+            change(&mut s.case.model, |m| {
+                m.mixes.iter_mut().for_each(|mix| mix.friction[..2].fill(mu));
+                m.tutorial.mu = m.tutorial.mu.map(|_| mu);
+            });
         },
     },
 ];
@@ -148,22 +150,24 @@ fn mass(model: &Model, tree: usize) -> Option<f64> {
     Some(model.bodies[bodies].iter().map(|b| b.mass).sum())
 }
 
-/// All masses and moments of a tree times a factor, and what follows from them.
+/// Changes the model. The values on a map's axes are positive and finite: nothing that a model refuses.
+fn change(model: &mut Model, how: impl FnOnce(&mut Parts)) {
+    let changed = model.edit(how);
+    debug_assert!(changed.is_ok(), "{changed:?}");
+}
+
+/// All masses and moments of a tree times a factor.
 fn scale_mass(model: &mut Model, tree: usize, factor: f64) {
-    let tree = &mut model.trees[tree];
-    if let Some(free) = &mut tree.free {
-        free.mass *= factor;
-        free.inertia *= factor;
-    }
-    for body in &mut model.bodies[tree.bodies.clone()] {
-        body.mass *= factor;
-        body.inertia *= factor;
-        body.invweight0 = body.invweight0.map(|x| x / factor);
-    }
-    for dof in &mut model.dofs[tree.dofs.clone()] {
-        dof.armature *= factor;
-        dof.invweight0 /= factor;
-    }
+    change(model, |m| {
+        let tree = &m.trees[tree];
+        for body in &mut m.bodies[tree.bodies.clone()] {
+            body.mass *= factor;
+            body.inertia *= factor;
+        }
+        for dof in &mut m.dofs[tree.dofs.clone()] {
+            dof.armature *= factor;
+        }
+    });
 }
 
 /// Stiffness and damping ratio of the scene's springs: of its joints, or else of its contacts.
@@ -191,25 +195,28 @@ fn natural([first, second]: &[f64; 2]) -> [f64; 2] {
 fn set_spring(model: &mut Model, k: Option<f64>, zeta: Option<f64>) {
     let springs = theory::joint_springs(model);
     if !springs.is_empty() {
-        let joints = model.joints.iter_mut().filter(|j| j.stiffness > 0.0);
-        for (joint, spring) in joints.zip(&springs) {
-            let dof = &mut model.dofs[joint.dofadr];
-            joint.stiffness = k.unwrap_or(joint.stiffness);
-            let critical = 2.0 * (joint.stiffness / dof.invweight0).sqrt();
-            dof.damping = zeta.unwrap_or(spring.zeta) * critical;
+        return change(model, |m| {
+            let joints = m.joints.iter_mut().filter(|j| j.stiffness > 0.0);
+            for (joint, spring) in joints.zip(&springs) {
+                let dof = &mut m.dofs[joint.dofadr];
+                joint.stiffness = k.unwrap_or(joint.stiffness);
+                let critical = 2.0 * (joint.stiffness / dof.invweight0).sqrt();
+                dof.damping = zeta.unwrap_or(spring.zeta) * critical;
+            }
+        });
+    }
+    let mass = mass(model, 0).unwrap_or(1.0);
+    change(model, |m| {
+        for mix in &mut m.mixes {
+            let [omega, own] = natural(&mix.solref);
+            let omega = k.map_or(omega, |k| (k / mass).sqrt());
+            let zeta = zeta.unwrap_or(own);
+            mix.solref = [-omega * omega, -2.0 * zeta * omega];
+            mix.solreffriction = mix.solref;
+            m.tutorial.k = Some(mass * omega * omega);
+            m.tutorial.c = Some(2.0 * zeta * mass * omega);
         }
-        return;
-    }
-    let m = mass(model, 0).unwrap_or(1.0);
-    for mix in &mut model.mixes {
-        let [omega, own] = natural(&mix.solref);
-        let omega = k.map_or(omega, |k| (k / m).sqrt());
-        let zeta = zeta.unwrap_or(own);
-        mix.solref = [-omega * omega, -2.0 * zeta * omega];
-        mix.solreffriction = mix.solref;
-        model.tutorial.k = Some(m * omega * omega);
-        model.tutorial.c = Some(2.0 * zeta * m * omega);
-    }
+    });
 }
 
 /// The fewest steps of a run that is classified: growth needs some to show.
@@ -246,7 +253,7 @@ pub fn classify(setting: &Setting) -> Class {
     }
 
     let mut weightless = model.clone();
-    weightless.opt.flags.gravity = false;
+    change(&mut weightless, |m| m.opt.flags.gravity = false);
     let springs = energy::energy(&weightless, &state, &mut scratch).potential;
     let start = energy::energy(model, &state, &mut scratch);
     let first = start.kinetic + start.potential + stored;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::Case;
 use penny::data::{Contact, Data};
 use penny::dynamics::{self, energy};
-use penny::forward::{Diverged, Method, step};
+use penny::forward::{Method, StepError, step};
 use penny::math::{Quat, Vec3, quat, vec3};
 use penny::model::Model;
 
@@ -40,7 +40,7 @@ pub struct Trajectory {
     /// Poses of the moving bodies at the samples; fewer where the run diverged.
     pub samples: Vec<Vec<Pose>>,
     pub measures: Measures,
-    pub diverged: Option<Diverged>,
+    pub failed: Option<StepError>,
 }
 
 /// Residuals of a run.
@@ -71,12 +71,12 @@ pub fn run(case: &Case, method: &Method) -> Trajectory {
     let (_, each) = fit(case.seconds, method.timestep);
     let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(&case.model), Data::new(&case.model));
     let mut energies = vec![energy::energy(&case.model, &state, &mut scratch)];
-    let mut found = Trajectory { samples: Vec::new(), measures: Measures::default(), diverged: None };
+    let mut found = Trajectory { samples: Vec::new(), measures: Measures::default(), failed: None };
     let mut steps = 0;
     'run: for _ in 0..SAMPLES {
         for i in 0..each {
-            if let Err(diverged) = step(&case.model, method, &mut state, &mut data) {
-                found.diverged = Some(diverged);
+            if let Err(error) = step(&case.model, method, &mut state, &mut data) {
+                found.failed = Some(error);
                 break 'run;
             }
             steps += 1;

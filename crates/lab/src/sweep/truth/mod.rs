@@ -12,7 +12,7 @@ use penny::contact::constants;
 use penny::contact::impedance::clamp;
 use penny::data::Data;
 use penny::dynamics::energy;
-use penny::forward::{Diverged, Method, step};
+use penny::forward::{Method, StepError, step};
 use penny::math::{mat, quat};
 use penny::model::{GeomKind, JointKind, Model};
 use penny::state::State;
@@ -503,7 +503,7 @@ impl Truth {
     }
 
     /// Runs the case and measures.
-    pub fn measure(&self, case: &Case, method: &Method) -> Result<f64, Diverged> {
+    pub fn measure(&self, case: &Case, method: &Method) -> Result<f64, StepError> {
         let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(&case.model), Data::new(&case.model));
         let steps = (case.seconds / method.timestep).round() as usize;
         let mut reducer = Reducer::new(self.reduce, steps);
