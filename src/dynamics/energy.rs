@@ -23,7 +23,7 @@ pub struct Momentum {
     pub angular: Vec3,
 }
 
-/// Energy of a state.
+/// Energy of all that moves.
 ///
 ///     T = ½ Σ V·I V + ½ Σ armature q̇²,   U = −Σ m g·x_com + ½ Σ k (stretch)²
 ///
@@ -47,7 +47,7 @@ pub fn energy(model: &Model, state: &State, data: &mut Data) -> Energy {
         }
     }
     if model.opt.flags.gravity {
-        for (b, body) in model.bodies.iter().enumerate().skip(1) {
+        for (b, body) in model.bodies.iter().enumerate().filter(|(_, body)| body.tree.is_some()) {
             energy.potential -= body.mass * model.opt.gravity.dot(&super::xipos(model, data, b));
         }
     }

@@ -75,7 +75,7 @@ fn every_bad_file_gives_its_report() {
 fn penny(args: &[&str]) -> (Option<i32>, String) {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_penny"));
     let output = command.args(args).current_dir(crate::ROOT).output().expect("penny starts");
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    (output.status.code(), crate::said(&output))
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn stderr(output: &Output) -> String {
 fn says(args: &[&str], code: i32) -> String {
     let output = penny(args);
     assert_eq!(output.status.code(), Some(code), "penny {args:?}\n{}", stderr(&output));
-    stderr(&output)
+    crate::said(&output)
 }
 
 #[track_caller]
@@ -48,11 +48,17 @@ fn rows(csv: &str) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn a_run_tells_its_story_on_standard_error_only() {
+fn a_report_goes_to_standard_output_unless_data_goes_there() {
+    let data = penny(&["models/disk.xml", "--steps", "2", "--csv", "-"]);
+    assert!(stdout(&data).starts_with("time,qpos0") && stderr(&data).contains("energy J"), "{}", crate::said(&data));
+    for command in ["explain", "check"] {
+        let output = penny(&[command, "models/disk.xml"]);
+        assert!(output.stderr.is_empty() && stdout(&output).contains("disk"), "{command}");
+    }
     let output = penny(&["models/disk.xml"]);
-    assert!(output.status.success() && output.stdout.is_empty());
+    assert!(output.status.success() && output.stderr.is_empty());
     assert_has(
-        &stderr(&output),
+        &stdout(&output),
         &[
             "models/disk.xml",
             "1 body",
@@ -63,7 +69,7 @@ fn a_run_tells_its_story_on_standard_error_only() {
             "1 ms, 3000 steps",
         ],
     );
-    assert_has(&stderr(&output), &["energy J", "penetration", "contacts", "real time", "ζ", "no spring alone limits"]);
+    assert_has(&stdout(&output), &["energy J", "penetration", "contacts", "real time", "ζ", "no spring alone limits"]);
     assert_has(
         &says(&["models/point_mass.xml"], 0),
         &["x m", "z m", "k 2.5 kN/m", "alone is stable up to 36", "margin 36"],
@@ -176,11 +182,12 @@ fn a_diverging_run_says_what_when_where_and_keeps_its_rows() {
 /// With a full disk behind standard error there is nobody to tell: that is no reason to panic.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_closed_or_full_standard_error_is_no_error() {
+fn a_closed_or_full_stream_is_no_error() {
     for args in [&["explain", "models/disk.xml"][..], &["models/disk.xml", "--steps", "1"]] {
         let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
         let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
-        command.args(args).current_dir(crate::ROOT).stderr(full);
+        let other = full.try_clone().expect("a second one");
+        command.args(args).current_dir(crate::ROOT).stderr(full).stdout(other);
         assert_eq!(command.status().expect("penny starts").code(), Some(0), "{args:?}");
     }
 }
@@ -218,7 +225,8 @@ fn files_of_a_run_that_is_interrupted_are_whole() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
     // So few rows that the end hardly ever comes while one is written: the system itself may cut a write at a page's end.
     command.args(["models/box.xml", "--time", "1e5", "--every", "50"]).arg("--csv").arg(&csv).arg("--json").arg(&json);
-    let mut child = command.current_dir(crate::ROOT).stderr(Stdio::null()).spawn().expect("it starts");
+    let mut child =
+        command.current_dir(crate::ROOT).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
     let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |m| m.len());
     while size(&csv) < 20_000 || size(&json) < 20_000 {
         std::thread::yield_now();
@@ -285,7 +293,7 @@ fn energy_from_nowhere_is_told_with_its_cause() {
     assert_has(&half, &[warning, "the energy grew from 0 J to", "overlapped by 200 mm at the start"]);
     assert!(half.find(warning) < half.find("time s"), "said after the run:\n{half}");
     let stiff = says(&[&change("stiff_disk.xml", "solref=\"0.01 1.0\"", "solref=\"-1e9 -100\"")], 0);
-    assert_has(&stiff, &["the energy grew from 9.81 J to", "the timestep is too long for the springs"]);
+    assert_has(&stiff, &["the energy grew from 9.79 J to", "the timestep is too long for the springs"]);
     let swing = says(&["models/pendulum.xml", "--integrator", "explicit-euler", "--time", "20"], 0);
     assert_has(&swing, &["the energy grew from 15.9 J to 18.4 J", "explicit-euler errs", "--integrator rk4"]);
     for fine in [&["models/disk.xml"][..], &["models/pendulum.xml"], &["models/stack.xml", "--key", "push"]] {

@@ -11,6 +11,13 @@ pub fn file(path: &str) -> PathBuf {
     Path::new(ROOT).join(path)
 }
 
+/// All that a command said: warnings and errors, then its report.
+pub fn said(output: &std::process::Output) -> String {
+    let [errors, report] = [&output.stderr, &output.stdout].map(|text| String::from_utf8_lossy(text).into_owned());
+    errors + &report
+}
+
+mod answers;
 mod bad_input;
 mod cli;
 mod collision;

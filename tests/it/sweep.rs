@@ -189,8 +189,8 @@ fn a_sweep_leaves_table_diagram_and_advice_and_goes_on_where_it_stopped() {
     let out = out.to_str().expect("UTF-8");
     let args = ["sweep", &scene, "--key", "pulled", "--timesteps", "1e-3..1e-1:3", "--truth", "analytic", "--out", out];
     let first = penny(&args);
-    let said = String::from_utf8_lossy(&first.stderr).into_owned();
-    assert!(first.status.success() && first.stdout.is_empty(), "{said}");
+    let said = crate::said(&first);
+    assert!(first.status.success(), "{said}");
     assert!(said.contains("cheapest method") && said.contains("rk4"), "{said}");
     assert!(!said.contains("penalty"), "nothing touches, so no law is better: {said}");
     for file in ["sweep.csv", "sweep.json", "sweep.svg", "sweep.png"] {
@@ -209,14 +209,14 @@ fn a_sweep_leaves_table_diagram_and_advice_and_goes_on_where_it_stopped() {
     let half: String = whole.lines().take(left + 2).collect::<Vec<_>>().join("\n");
     std::fs::write(&csv, &half[..half.len() - 5]).expect("the table");
     let again = penny(&[&args[..], &["--resume"]].concat());
-    let said = String::from_utf8_lossy(&again.stderr);
+    let said = crate::said(&again);
     assert!(again.status.success() && said.contains(&format!("{left} of {rows} rows are there already")), "{said}");
     let resumed = std::fs::read_to_string(&csv).expect("the table");
     assert_eq!(resumed.lines().count(), whole.lines().count());
 
     let resume = |args: &[&str], part: &str, code: i32| {
         let output = penny(&[args, &["--resume"]].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = crate::said(&output);
         assert!(output.status.code() == Some(code) && said.contains(part), "{part}: {said}");
         assert_eq!(std::fs::read_to_string(&csv).expect("the table"), resumed, "{part}");
     };
@@ -239,7 +239,7 @@ fn a_sweep_leaves_table_diagram_and_advice_and_goes_on_where_it_stopped() {
         "a sweep that cannot run takes nothing away"
     );
     let anew = penny(&args);
-    assert!(anew.status.success(), "{}", String::from_utf8_lossy(&anew.stderr));
+    assert!(anew.status.success(), "{}", crate::said(&anew));
     let kept = Path::new(out).join("earlier-1/sweep.csv");
     assert_eq!(std::fs::read_to_string(kept).expect("the earlier table"), resumed);
 }
@@ -252,7 +252,7 @@ fn a_sweep_says_what_its_numbers_are_worth() {
     let args = ["sweep", "models/disk.xml", "--laws", "penalty,tutorial", "--integrators", "rk4", "--time", "0.5"];
     let args = [&args[..], &["--timesteps", "5,1e-3", "--out", out]].concat();
     let output = penny(&args);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let said = crate::said(&output);
     assert!(output.status.success(), "{said}");
     for part in ["5 s to 62.5 ms", "its own truth", "for the truth is no better known", "tutorial"] {
         assert!(said.contains(part), "{part}: {said}");
@@ -263,7 +263,7 @@ fn a_sweep_says_what_its_numbers_are_worth() {
     let about = if text.contains("\"about\": \"rk4") { "\"about\": \"rk4" } else { "\"about\": \"semi" };
     std::fs::write(&json, text.replace(about, "\"about\": \"oracle")).expect("the sweep");
     let output = penny(&[&args[..], &["--resume"]].concat());
-    let said = String::from_utf8_lossy(&output.stderr);
+    let said = crate::said(&output);
     assert!(output.status.success() && said.contains("oracle") && said.contains("4 of 4 rows"), "{said}");
 }
 
@@ -278,7 +278,7 @@ fn a_map_is_drawn_with_its_limits() {
         ("mass=1e-6..1e-2,damping=0.01..1", "map-mass-damping.json", "mass"),
     ] {
         let output = penny(&["sweep", &scene, "--key", "pulled", "--map", map, "--cells", "6", "--out", out]);
-        let said = String::from_utf8_lossy(&output.stderr);
+        let said = crate::said(&output);
         assert!(output.status.success(), "{said}");
         let text = std::fs::read_to_string(Path::new(out).join(name)).expect("the map");
         let map: serde_json::Value = serde_json::from_str(&text).expect("JSON");
@@ -304,7 +304,7 @@ fn a_map_is_drawn_with_its_limits() {
 fn runs_are_drawn() {
     let file = folder("plot").join("run.svg");
     let output = penny(&["run", "models/disk.xml", "--time", "0.6", "--plot", file.to_str().expect("UTF-8")]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{}", crate::said(&output));
     let svg = std::fs::read_to_string(file).expect("the picture");
     for part in ["Centre of mass", "Energy", "Deepest contact", "Phase", "time [s]"] {
         assert!(svg.contains(part), "{part}");
@@ -337,12 +337,12 @@ fn requests_that_cannot_be_are_refused_in_one_sentence() {
         let fixed = ["sweep", &scene];
         let place = if args.contains(&"--out") { vec![] } else { vec!["--out", out.to_str().expect("UTF-8")] };
         let output = penny(&[&fixed[..], &args, &place].concat());
-        let said = String::from_utf8_lossy(&output.stderr);
+        let said = crate::said(&output);
         assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
         assert!(said.contains(part) && said.contains("error"), "{args:?}: {said}");
     }
     let output = penny(&["sweep", &wrong, "--truth", "analytic", "--out", folder.to_str().expect("UTF-8")]);
-    let said = String::from_utf8_lossy(&output.stderr);
+    let said = crate::said(&output);
     assert!(output.status.code() == Some(1) && said.contains("did you mean `spring`?"), "{said}");
 }
 
@@ -355,13 +355,13 @@ fn a_run_beyond_its_limit_is_warned_before_the_first_step() {
         [("0.5", "semi-implicit-euler", true), ("0.2", "semi-implicit-euler", false), ("0.5", "implicit-euler", false)]
     {
         let output = penny(&["run", &scene, "--timestep", timestep, "--integrator", integrator]);
-        let said = String::from_utf8_lossy(&output.stderr);
+        let said = crate::said(&output);
         let has = said.contains("warning: at this timestep joint x gains energy");
         assert!(has == warned && (!warned || said.contains("--timestep 2.2e-1")), "{timestep} {integrator}: {said}");
         assert!(!warned || said.find("warning") < said.find("time s"), "too late: {said}");
     }
     let undamped = self::scene(&self::folder("undamped"), &SPRING.replace("damping=\"2\"", ""));
     let output = penny(&["run", &undamped, "--integrator", "explicit-euler"]);
-    let said = String::from_utf8_lossy(&output.stderr);
+    let said = crate::said(&output);
     assert!(said.contains("gains energy at any timestep with explicit-euler"), "{said}");
 }

@@ -383,7 +383,7 @@ fn without_a_display_play_names_the_way_without() {
             command.env_remove(name);
         }
         let output = command.envs(display.map(|name| ("DISPLAY", name))).output().expect("built");
-        let said = String::from_utf8_lossy(&output.stderr);
+        let said = crate::said(&output);
         assert_eq!(output.status.code(), Some(1), "{said}");
         assert!(said.contains("penny render") && said.trim_end().lines().count() == 1, "{said}");
         assert!(!said.contains(".rs"), "places in other people's sources help nobody: {said}");
@@ -403,7 +403,7 @@ fn a_recorded_run_is_rendered_from_the_command_line() {
         command.output().expect("built")
     };
     let output = render(&[]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let said = crate::said(&output);
     assert!(output.status.success() && said.contains(&stage.session.state_hash()), "{said}");
     assert_eq!(render(&["--contact", "tutorial"]).status.code(), Some(2), "a recorded session brings its own law");
     std::fs::remove_dir_all(&folder).expect("removable");

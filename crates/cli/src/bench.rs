@@ -132,12 +132,12 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
             }
         }
         bar.suspend(|| {
-            eprintln!("{}: {}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
-            eprintln!("{}", table(&rows));
+            println!("{}: {}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
+            println!("{}", table(&rows));
         });
     }
     bar.finish_and_clear();
-    eprintln!(
+    println!(
         "contacts: after the last step measured; allocations: of memory, in all steps of a batch;\nhash: of the state \
          where measuring begins ({} s), so that two machines or builds can tell whether they compute the same",
         args.window.map_or(WARM_UP, |w| w.from)

@@ -20,10 +20,11 @@ pub fn check(args: &Args) -> Result<(), Failure> {
     for path in &args.scenes {
         let file = path.display();
         match penny::load(path) {
-            Ok(scene) if scene.warnings.is_empty() => eprintln!("{file}: fine"),
+            Ok(scene) if scene.warnings.is_empty() => println!("{file}: fine"),
             Ok(scene) => {
                 let report = mjcf::render(&scene.document, &scene.warnings, colour);
-                eprintln!("{report}\n{file}: fine, with {}", counts(&scene.warnings));
+                eprintln!("{report}\n");
+                println!("{file}: fine, with {}", counts(&scene.warnings));
             }
             Err(failure) => {
                 let report = mjcf::render(&failure.document, &failure.problems, colour);

@@ -80,7 +80,7 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     load(&mut mujoco, &start, false)?;
     mujoco.warm(0)?;
 
-    eprintln!(
+    println!(
         "{}: {} of {}, {}",
         path.display(),
         count(steps, "step", "steps"),
@@ -88,10 +88,10 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
         method.integrator.name
     );
     if !method.integrator.mjcf.contains(&counterpart(&model, &method).as_str()) {
-        eprintln!("  MuJoCo has no {}: it runs {}", method.integrator.name, counterpart(&model, &method));
+        println!("  MuJoCo has no {}: it runs {}", method.integrator.name, counterpart(&model, &method));
     }
     if theirs.len() <= steps {
-        eprintln!("  MuJoCo calls the run unstable after {}", si(theirs.len() as f64 * method.timestep, "s"));
+        println!("  MuJoCo calls the run unstable after {}", si(theirs.len() as f64 * method.timestep, "s"));
     }
     let laws = args.method.laws();
     let ours = laws
@@ -103,7 +103,7 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
         })
         .collect::<Result<Vec<Rollout>, Failure>>()?;
 
-    eprintln!("\nLargest |qpos difference| up to a time, m or rad (both solve to rounding: tolerance 0)");
+    println!("\nLargest |qpos difference| up to a time, m or rad (both solve to rounding: tolerance 0)");
     let mut rows = vec![vec!["time s".to_owned()]];
     rows[0].extend(laws.iter().map(|law| law.name.to_owned()));
     let stride = steps.div_ceil(LINES).max(1);
@@ -112,7 +112,7 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
         row.extend(ours.iter().map(|r| largest(r, &theirs, i).map_or("–".to_owned(), |d| format!("{d:.1e}"))));
         rows.push(row);
     }
-    eprintln!("{}", table(&rows));
+    println!("{}", table(&rows));
 
     let heading = ["", "first differs at", "in", "largest difference", "in", "a step", "times MuJoCo's speed"];
     let mut rows = vec![heading.map(str::to_owned).to_vec()];
@@ -132,15 +132,15 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     }
     let theirs_pace = median(ours.iter().map(|r| r.pace[1]).collect());
     line(format!("MuJoCo, tolerance {:e}", model.opt.tolerance), &hasty, [theirs_pace; 2]);
-    eprint!("{}", table(&rows));
-    eprintln!("  (a difference counts above {DIFFERENT:e} m or rad; speed: medians, in turns with MuJoCo)");
-    eprintln!("\nWhy");
+    print!("{}", table(&rows));
+    println!("  (a difference counts above {DIFFERENT:e} m or rad; speed: medians, in turns with MuJoCo)");
+    println!("\nWhy");
     for (law, rollout) in laws.iter().zip(&ours) {
         let method = Method { contact: law, ..method };
         let diverged = rollout.rows.len() <= steps;
         if diverged {
             let end = si(rollout.rows.len() as f64 * method.timestep, "s");
-            eprintln!(
+            println!(
                 "  {}: it diverged at {end}: a smaller --timestep may help; the figures are those until then",
                 law.name
             );
@@ -149,12 +149,12 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
             continue;
         }
         for reason in why_different(&model, &method, &start, rollout, &theirs, &kicked) {
-            eprintln!("  {}: {reason}", law.name);
+            println!("  {}: {reason}", law.name);
         }
     }
     if first_different(&hasty, &theirs).is_some() {
         let tolerance = model.opt.tolerance;
-        eprintln!(
+        println!(
             "  MuJoCo, tolerance {tolerance:e}: solver tolerance: MuJoCo's solver stops early, and so does Penny's"
         );
     }

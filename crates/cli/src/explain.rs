@@ -15,6 +15,7 @@ use penny::model::{Cone, GeomKind, Mix, Model};
 use penny::state::State;
 use penny_lab::explain::probe::{self, IMPACT, LARGEST};
 use penny_lab::explain::{self, Meaning, Touch, touches, trial_run, weight};
+use penny_lab::names::{body as body_name, geom as geom_name};
 use penny_lab::sweep::theory;
 
 #[derive(clap::Args)]
@@ -32,24 +33,24 @@ const SLOPE: f64 = 5.0;
 pub fn explain(args: &Args) -> Result<(), Failure> {
     let model = scene::load(&args.scene)?;
     let method = args.method.method(&model)?;
-    eprintln!("{}\n\nWhat the scene requires", args.scene.display());
+    println!("{}\n\nWhat the scene requires", args.scene.display());
     for [name, value] in requirements(&model) {
-        eprintln!("  {name:<12} {value}");
+        println!("  {name:<12} {value}");
     }
-    eprintln!("  {:<12} {}, {}, {}", "method", method.contact.name, method.integrator.name, si(method.timestep, "s"));
+    println!("  {:<12} {}, {}, {}", "method", method.contact.name, method.integrator.name, si(method.timestep, "s"));
     let groups = group(&touches(&model, &method));
     if groups.is_empty() {
         return Ok(());
     }
-    eprintln!("\nWhat its contacts mean");
+    println!("\nWhat its contacts mean");
     for group in &groups {
-        eprint!("\n{}", meaning(&model, &method, &args.method, group));
-        eprint!("\n{}", timesteps(&model, &method, &args.method, &group[0]));
-        eprint!("\n{}", mapping(&model, &method, &group[0]));
+        print!("\n{}", meaning(&model, &method, &args.method, group));
+        print!("\n{}", timesteps(&model, &method, &args.method, &group[0]));
+        print!("\n{}", mapping(&model, &method, &group[0]));
     }
-    eprint!("{}", in_a_row(&model, &State::new(&model)));
-    eprint!("\n{}", mappings(&model, &method, &groups[0]));
-    eprint!("\n{}", trial_run(&model, &method));
+    print!("{}", in_a_row(&model, &State::new(&model)));
+    print!("\n{}", mappings(&model, &method, &groups[0]));
+    print!("\n{}", trial_run(&model, &method));
     Ok(())
 }
 
@@ -478,16 +479,6 @@ fn names(model: &Model, group: &[Touch]) -> String {
         (true, _) => format!("{} – {}", geom_name(model, first), list.join(", ")),
         _ => list.join(", "),
     }
-}
-
-pub fn geom_name(model: &Model, geom: usize) -> String {
-    let g = &model.geoms[geom];
-    if g.name.is_empty() { format!("{} {geom}", g.kind.name()) } else { g.name.clone() }
-}
-
-pub fn body_name(model: &Model, body: usize) -> String {
-    let name = &model.bodies[body].name;
-    if name.is_empty() { format!("body {body}") } else { name.clone() }
 }
 
 #[cfg(test)]

@@ -50,6 +50,18 @@ pub fn writable(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Writes a whole file, or to standard output where the path is `-`.
+///
+/// Errors: [`cannot_write`].
+pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    let written = if path == Path::new("-") {
+        io::Write::write_all(&mut io::stdout(), text.as_bytes())
+    } else {
+        std::fs::write(path, text)
+    };
+    written.map_err(|e| cannot_write(path, &e))
+}
+
 /// A file, or standard output where the path is `-`, could not be written.
 pub fn cannot_write(path: &Path, error: &io::Error) -> Failure {
     match error.kind() {

@@ -6,6 +6,10 @@ use std::path::Path;
 pub fn si(x: f64, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 8] =
         [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
+    // 2500 kg, not 2.5 Mg.
+    if unit == "kg" && x.abs() < 1e6 {
+        return format!("{} kg", if x.abs() < 1e3 { short(x) } else { format!("{x:.0}") });
+    }
     if x == 0.0 || !x.is_finite() || x.abs() < 1e-14 || x.abs() >= 1e13 {
         return format!("{} {unit}", short(x));
     }
@@ -31,6 +35,29 @@ pub fn short(x: f64) -> String {
 pub fn fixed(x: f64, decimals: usize) -> String {
     let text = format!("{x:.decimals$}");
     if text.trim_start_matches(['-', '0', '.']).is_empty() { text.trim_start_matches('-').to_owned() } else { text }
+}
+
+/// A column with its heading: each number with the digits that the largest of them has five of; zero is what is zero but
+/// for rounding. Small quantities get a prefix: "energy mJ".
+pub fn column(name: &str, unit: &str, values: &[f64]) -> Vec<String> {
+    const PREFIXES: [(f64, &str); 4] = [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")];
+    const ROUNDING: f64 = 1e-12;
+    let largest = values.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
+    let prefixed = matches!(unit, "m" | "J" | "N" | "N m" | "rad" | "m/s" | "rad/s");
+    let small = |(scale, _): &(f64, &str)| largest >= 0.9999 * scale * if *scale == 1.0 { 1e-2 } else { 1.0 };
+    let (scale, prefix) = match largest {
+        x if x < ROUNDING || !prefixed => (1.0, ""),
+        _ => PREFIXES.into_iter().find(small).unwrap_or(PREFIXES[3]),
+    };
+    let magnitude = if largest < ROUNDING { 0.0 } else { (largest / scale).log10().floor() };
+    let decimals = (4.0 - magnitude).clamp(0.0, 7.0) as usize;
+    let heading = if unit.is_empty() { name.to_owned() } else { format!("{name} {prefix}{unit}") };
+    let cell = |x: &f64| match x {
+        x if x.abs() < ROUNDING => "0".to_owned(),
+        x if (1e-9..1e9).contains(&largest) || largest == 0.0 => fixed(x / scale, decimals),
+        x => format!("{:.4e}", x / scale),
+    };
+    std::iter::once(heading).chain(values.iter().map(cell)).collect()
 }
 
 /// Rows of cells as lines; the first column is flush left, the others flush right.
@@ -75,5 +102,16 @@ mod tests {
         assert_eq!(si(8.9e-15, "m"), "8.90e-15 m");
         assert_eq!(short(123_456.0), "123456");
         assert_eq!(short(0.05), "0.05");
+        assert_eq!(si(2500.0, "kg"), "2500 kg");
+    }
+
+    #[test]
+    fn a_column_has_the_digits_that_its_largest_number_needs() {
+        let of = |values: &[f64]| column("energy", "J", values);
+        assert_eq!(of(&[8.123456e-4, 1e-5]), ["energy mJ", "0.81235", "0.01000"][..].to_vec());
+        assert_eq!(of(&[9.81, -1e-20]), ["energy J", "9.8100", "0"]);
+        assert_eq!(column("speed", "m/s", &[1e-32, 0.0]), ["speed m/s", "0", "0"]);
+        assert_eq!(column("x", "m", &[0.05, 0.0]), ["x m", "0.050000", "0"]);
+        assert_eq!(of(&[12345.678])[1], "12346");
     }
 }

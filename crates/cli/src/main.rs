@@ -1,5 +1,5 @@
-//! The command line: one file a command. Data goes to standard output only where it was asked for; all else that is
-//! said goes to standard error.
+//! The command line: one file a command. A command's report goes to standard output, or to standard error where `-` asks
+//! for data on standard output; warnings, progress and errors always go to standard error.
 
 /// As the standard library's, but does not panic where standard error is closed or full: nobody is left to be told.
 macro_rules! eprint {
@@ -14,6 +14,22 @@ macro_rules! eprintln {
     ($($text:tt)*) => {{
         use std::io::Write as _;
         let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+
+/// As [`eprint`], to standard output: for reports. Whoever stops reading (`| head`) has enough.
+macro_rules! print {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = write!(std::io::stdout(), $($text)*);
+    }};
+}
+
+/// As [`print`], with the end of the line.
+macro_rules! println {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($text)*);
     }};
 }
 
@@ -36,6 +52,7 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
 
@@ -45,7 +62,7 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// A pocket-sized rigid-body simulator that reads MuJoCo's MJCF files.
 #[derive(Parser)]
-#[command(name = "penny", version, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(name = "penny", version, arg_required_else_help = true)]
 #[command(override_usage = "penny SCENE.xml [OPTIONS]      the same as penny run\n       penny COMMAND …")]
 #[command(after_help = "penny COMMAND --help lists the options of a command.")]
 struct Cli {
@@ -71,6 +88,23 @@ enum Command {
     Render(render::Args),
     /// Weigh accuracy against cost of every method, or draw where the scene stays stable
     Sweep(sweep::Args),
+}
+
+/// Where a command's report goes.
+#[derive(Clone, Copy)]
+enum Report {
+    StandardOutput,
+    /// Standard output has data.
+    StandardError,
+}
+
+impl Report {
+    fn print(self, text: &str) {
+        match self {
+            Report::StandardOutput => print!("{text}"),
+            Report::StandardError => eprint!("{text}"),
+        }
+    }
 }
 
 /// Why a command ended early. Each holds all that there is to say.
@@ -99,7 +133,14 @@ fn allocations() -> usize {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse_from(with_command(std::env::args_os().collect()));
+    let args = with_command(std::env::args_os().collect());
+    let cli = Cli::try_parse_from(&args).unwrap_or_else(|error| {
+        let _ = error.print();
+        if let Some(tip) = unquoted(&args).filter(|_| error.kind() == ErrorKind::UnknownArgument) {
+            eprintln!("\n  tip: {tip}");
+        }
+        std::process::exit(error.exit_code())
+    });
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::check(args),
@@ -117,6 +158,16 @@ fn main() -> ExitCode {
     };
     eprintln!("{}", text.trim_end());
     ExitCode::from(code)
+}
+
+/// What to write where an option of several numbers was given them without quotes: `--qvel 2 0 0`.
+fn unquoted(args: &[OsString]) -> Option<String> {
+    let words: Vec<_> = args.iter().map(|a| a.to_string_lossy()).collect();
+    let at = words.iter().position(|w| {
+        matches!(&w[..], "--qpos" | "--qvel" | "--ctrl" | "--friction" | "--solref" | "--solimp" | "--gravity")
+    })?;
+    let numbers: Vec<_> = words[at + 1..].iter().take_while(|w| w.parse::<f64>().is_ok()).map(|w| &w[..]).collect();
+    (numbers.len() > 1).then(|| format!("quote the numbers: {} \"{}\"", words[at], numbers.join(" ")))
 }
 
 /// Inserts `run` where the first argument is no command but a file or an option.

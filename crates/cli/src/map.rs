@@ -120,8 +120,8 @@ pub fn map(request: &Request, Axes(axes): &Axes) -> Result<(), Failure> {
         sheet.save([&found.x, &found.y])?;
     }
     bar.finish_and_clear();
-    eprint!("{}: limits by theory and as measured\n{}", path.display(), table(&sheet.rows));
-    eprintln!("{}: {stem}.json, {stem}.svg, {stem}.png", request.directory.display(), stem = sheet.stem);
+    print!("{}: limits by theory and as measured\n{}", path.display(), table(&sheet.rows));
+    println!("{}: {stem}.json, {stem}.svg, {stem}.png", request.directory.display(), stem = sheet.stem);
     Ok(())
 }
 

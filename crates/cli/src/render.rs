@@ -94,8 +94,8 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     };
     video.finish().map_err(problem)?;
     bar.finish_and_clear();
-    eprintln!("{}: {}", args.output.display(), counted(frames - first, fps));
-    eprintln!("{}", session.summary());
+    println!("{}: {}", args.output.display(), counted(frames - first, fps));
+    println!("{}", session.summary());
     Ok(())
 }
 

@@ -7,21 +7,24 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+mod summary;
+mod table;
 mod warnings;
 
+use self::table::Table;
 use self::warnings::{EnergyGain, Overlap};
-use super::Failure;
 use super::explain::{hopping, largest_timestep, requirements};
 use super::files;
-use super::format::{count, fixed, short, si, table};
-use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
+use super::format::{count, short, si};
+use super::scene::{self, LengthArgs, MethodArgs, OverrideArgs, StartArgs};
+use super::{Failure, Report};
 use penny::data::Data;
 use penny::forward::{Method, StepError, step};
-use penny::model::{JointKind, Model};
+use penny::model::Model;
 use penny::state::State;
 use penny_lab::explain::{self, probe};
-use penny_lab::plot;
-use penny_lab::record::{Csv, Json, Lines, Picture, Recorder, Sample};
+use penny_lab::record::{self, Balance, Csv, Json, Lines, Picture, Quantity, Recorder, Sample};
+use penny_lab::{names, plot};
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -38,68 +41,103 @@ pub struct Args {
     method: MethodArgs,
     #[command(flatten)]
     start: StartArgs,
+    #[command(flatten)]
+    overrides: OverrideArgs,
+    /// What to show: names (`crate.z`, `hinge`, `ground-crate.fn`) or groups (position, velocity, rotation, joints, forces,
+    /// contacts, actuators, energy, all), with commas between them. It chooses the table's columns and what --plot draws, and
+    /// adds columns of these names to --csv and --json
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    show: Vec<String>,
+    /// Write the state at the end of the run, for --load-state
+    #[arg(long, value_name = "FILE|-")]
+    save_state: Option<PathBuf>,
     /// Write the trajectory as CSV; `-` is standard output
     #[arg(long, value_name = "FILE|-")]
     csv: Option<PathBuf>,
     /// Write the trajectory as JSON; `-` is standard output. The file is valid even if the run is interrupted
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// Draw position, energy, penetration and phase over time: a file that ends in .svg or .png
+    /// Draw position, energy, penetration and phase over time, or what --show names: a file that ends in .svg or .png
     #[arg(long, value_name = "FILE", value_parser = scene::picture)]
     plot: Option<PathBuf>,
 }
 
 /// Lines of the table over time.
 const LINES: usize = 10;
+/// Looks at the energy in a run, at least.
+const LOOKS: usize = 200;
 /// Steps between two looks at the clock.
 const BATCH: usize = 4096;
 /// A run that takes longer than this shows its progress.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let written = [("--csv", &args.csv), ("--json", &args.json), ("--plot", &args.plot)];
-    let model = scene::load_apart(&args.scene, &written.map(|(option, path)| (option, path.as_deref())))?;
+    let written =
+        [("--csv", &args.csv), ("--json", &args.json), ("--plot", &args.plot), ("--save-state", &args.save_state)];
+    let written = written.map(|(option, path)| (option, path.as_deref()));
+    let data_out = written.iter().any(|(_, path)| *path == Some(Path::new("-")));
+    let report = if data_out { Report::StandardError } else { Report::StandardOutput };
+    let mut model = scene::load_apart(&args.scene, &written)?;
+    args.overrides.apply(&mut model)?;
+    let model = model;
     let method = args.method.method(&model)?;
     let mut state = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep)?;
-    if let Some(path) = &args.plot {
+    let shown = record::chosen(&model, &args.show).map_err(|e| Failure::Usage(format!("error: --show: {e}")))?;
+    for path in [&args.plot, &args.save_state].into_iter().flatten().filter(|path| *path != Path::new("-")) {
         files::writable(path)?;
     }
-    let mut outputs = Outputs::open(args, &model, &method)?;
+    let mut outputs = Outputs::open(args, &model, &method, &shown)?;
     let mut recorder = Recorder::new(&model);
     let first = recorder.sample(&model, &state);
     let overlap = Overlap::find(&model, recorder.contacts());
     let (text, limit) = account(&args.scene, &model, &method, &state, steps);
-    eprint!("{text}{}{}", warning(&method, &limit), overlap.as_ref().map_or_else(String::new, |o| o.warning(&model)));
+    report.print(&text);
+    eprint!("{}", scene::clamped_controls(&model, &state));
+    eprint!("{}{}", warning(&method, &limit), overlap.as_ref().map_or_else(String::new, |o| o.warning(&model)));
 
-    let mut lines = vec![heading(&model)];
+    let mut table = Table::new(&model, &shown);
     let mut data = Data::new(&model);
-    let stride = steps.div_ceil(LINES).max(1);
+    let [stride, look] = [LINES, LOOKS].map(|n| steps.div_ceil(n).max(1));
     let progress = Progress::new(steps);
     let mut elapsed = Duration::ZERO;
     let mut failed = None;
     let mut energy = EnergyGain::new(&model, &first);
+    let mut balance = Balance::new(&model, method.integrator);
+    let mut last = first;
     let mut i = 0;
     loop {
         let (written, listed) = (outputs.any() && i % args.every == 0, i % stride == 0 || i == steps);
-        if written || listed {
+        let looked = i % look == 0 || i == steps;
+        if written || listed || looked {
             let sample = recorder.sample(&model, &state);
             if written {
-                outputs.write(&state, &sample)?;
+                let values = recorder.values(&model, &method, &state, &sample, &shown);
+                outputs.write(&state, &sample, &values)?;
             }
             if listed {
-                lines.push(line(&model, &state, &sample));
-                energy.enter(&sample);
+                let values = recorder.values(&model, &method, &state, &sample, table.quantities());
+                table.push(&state, &sample, values);
             }
+            if looked {
+                recorder.forces(&model, &method, &state);
+                energy.enter(&sample, recorder.data(), balance.actuators);
+            }
+            last = sample;
         }
         if i == steps {
             break;
         }
         // On to the next step that something is done at.
         let row = if outputs.any() { args.every } else { BATCH };
-        let until = [row, stride, BATCH].map(|n| (i / n + 1) * n).into_iter().min().unwrap_or(steps).min(steps);
+        let until = [row, stride, look, BATCH].map(|n| (i / n + 1) * n).into_iter().min().unwrap_or(steps).min(steps);
         let before = Instant::now();
-        let outcome = (i..until).try_for_each(|_| step(&model, &method, &mut state, &mut data));
+        let outcome = (i..until).try_for_each(|_| {
+            balance.before(&state);
+            let outcome = step(&model, &method, &mut state, &mut data);
+            balance.after(&model, &state, &data, method.timestep);
+            outcome
+        });
         elapsed += before.elapsed();
         if let Err(error) = outcome {
             failed = Some(error);
@@ -109,7 +147,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.at(i, elapsed);
     }
     progress.finish();
-    eprint!("\n{}{}", caption(&model), table(&lines));
+    report.print(&format!("\n{}", table.text(&model)));
     let picture = outputs.finish()?;
     if let (Some(path), Some(picture)) = (&args.plot, picture) {
         let how = format!("{}, {}, h = {}", method.contact.name, method.integrator.name, si(method.timestep, "s"));
@@ -119,13 +157,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         plot::save(&figure, path).map_err(|e| Failure::Problem(format!("error: {e}")))?;
     }
     if let Some(error) = failed {
-        return Err(Failure::Problem(report(&model, &method, &data, &error)));
+        return Err(Failure::Problem(self::report(&model, &method, &data, &error)));
+    }
+    if let Some(path) = &args.save_state {
+        let text = record::write_state(&model, &method, &state).map_err(|e| Failure::Problem(format!("error: {e}")))?;
+        files::write(path, &text)?;
     }
     if steps > 0 {
-        eprintln!("\n  {}", pace(steps, method.timestep, elapsed));
+        recorder.forces(&model, &method, &state);
+        report.print(&summary::contacts(&model, recorder.data()));
+        report.print(&summary::energy(&model, &first, &last, energy.kinetic(), &balance));
+        report.print(&format!("  {}\n", pace(steps, method.timestep, elapsed)));
         eprint!("{}", super::explain::unsolved(&data, steps));
     }
-    if energy.grew() && model.actuators.is_empty() {
+    if energy.grew() {
         let limit = limit.map(|(limit, _)| limit);
         eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit));
     }
@@ -226,47 +271,6 @@ fn rounded_down(x: f64) -> f64 {
     (x / unit).floor() * unit
 }
 
-/// Joint coordinates in the table where they are few and plain; otherwise the centre of mass of all that moves.
-fn shows_joints(model: &Model) -> bool {
-    model.nq <= 4 && model.joints.iter().all(|j| matches!(j.kind, JointKind::Slide | JointKind::Hinge))
-}
-
-/// Whose position and speed the table shows, where it is not plain.
-fn caption(model: &Model) -> &'static str {
-    let moving = model.bodies.iter().filter(|b| b.tree.is_some()).count();
-    if moving > 1 && !shows_joints(model) { "  position and speed of the common centre of mass\n" } else { "" }
-}
-
-fn heading(model: &Model) -> Vec<String> {
-    let mut cells = vec!["time s".to_owned()];
-    if shows_joints(model) {
-        for (i, joint) in model.joints.iter().enumerate() {
-            let unit = if joint.kind == JointKind::Hinge { "rad" } else { "m" };
-            let name = if joint.name.is_empty() { format!("qpos{i}") } else { joint.name.clone() };
-            cells.push(format!("{name} {unit}"));
-        }
-    } else {
-        cells.extend(["x m", "y m", "z m"].map(str::to_owned));
-    }
-    cells.extend(["speed m/s", "energy J", "penetration mm", "contacts"].map(str::to_owned));
-    cells
-}
-
-/// One line of the table.
-fn line(model: &Model, state: &State, sample: &Sample) -> Vec<String> {
-    let mut cells = vec![fixed(state.time, 3)];
-    if shows_joints(model) {
-        cells.extend(state.qpos.iter().map(|&q| fixed(q, 4)));
-    } else {
-        cells.extend(sample.com.iter().map(|&x| fixed(x, 4)));
-    }
-    cells.push(fixed(sample.speed, 4));
-    cells.push(fixed(sample.energy, 4));
-    cells.push(if sample.penetration < 1e-12 { "0".to_owned() } else { short(sample.penetration * 1e3) });
-    cells.push(sample.contacts.to_string());
-    cells
-}
-
 fn pace(steps: usize, timestep: f64, elapsed: Duration) -> String {
     let seconds = elapsed.as_secs_f64();
     let real = steps as f64 * timestep / seconds;
@@ -282,13 +286,13 @@ fn pace(steps: usize, timestep: f64, elapsed: Duration) -> String {
 /// What went wrong, where and when, and what to do about it.
 fn report(model: &Model, method: &Method, data: &Data, error: &StepError) -> String {
     let StepError::Diverged(diverged) = error else { return format!("error: {error}") };
-    let body = super::explain::body_name(model, diverged.body);
+    let body = names::body(model, diverged.body);
     let mut text = format!(
         "error: the run diverged at {:.6} s: {}[{}] of {body} is {:.3e}\n",
         diverged.time, diverged.quantity, diverged.index, diverged.value
     );
     if let Some(contact) = diverged.contact.and_then(|c| data.contacts.get(c)) {
-        let [a, b] = contact.geom.map(|g| super::explain::geom_name(model, g as usize));
+        let [a, b] = contact.geom.map(|g| names::geom(model, g as usize));
         text += &format!("  its deepest contact: {a} – {b}, {} deep\n", si(-contact.dist, "m"));
     }
     let touches = explain::touches(model, method);
@@ -312,19 +316,19 @@ struct Outputs<'a> {
 }
 
 impl Outputs<'_> {
-    fn open<'a>(args: &'a Args, model: &Model, method: &Method) -> Result<Outputs<'a>, Failure> {
+    fn open<'a>(args: &'a Args, model: &Model, method: &Method, shown: &[Quantity]) -> Result<Outputs<'a>, Failure> {
         let csv = |path: &'a PathBuf| {
-            let csv = create(path).and_then(|out| Csv::new(out, model));
+            let csv = create(path).and_then(|out| Csv::new(out, model, shown));
             csv.map(|csv| (path.as_path(), csv)).map_err(|e| files::cannot_write(path, &e))
         };
         let json = |path: &'a PathBuf| {
-            let json = create(path).and_then(|out| Json::new(out, model, method));
+            let json = create(path).and_then(|out| Json::new(out, model, method, shown));
             json.map(|json| (path.as_path(), json)).map_err(|e| files::cannot_write(path, &e))
         };
         Ok(Outputs {
             csv: args.csv.as_ref().map(csv).transpose()?,
             json: args.json.as_ref().map(json).transpose()?,
-            picture: args.plot.as_ref().map(|_| Picture::new(model)),
+            picture: args.plot.as_ref().map(|_| Picture::new(model, shown)),
         })
     }
 
@@ -332,15 +336,15 @@ impl Outputs<'_> {
         self.csv.is_some() || self.json.is_some() || self.picture.is_some()
     }
 
-    fn write(&mut self, state: &State, sample: &Sample) -> Result<(), Failure> {
+    fn write(&mut self, state: &State, sample: &Sample, values: &[f64]) -> Result<(), Failure> {
         if let Some((path, csv)) = &mut self.csv {
-            csv.write(state, sample).map_err(|e| files::cannot_write(path, &e))?;
+            csv.write(state, sample, values).map_err(|e| files::cannot_write(path, &e))?;
         }
         if let Some((path, json)) = &mut self.json {
-            json.write(state, sample).map_err(|e| files::cannot_write(path, &e))?;
+            json.write(state, sample, values).map_err(|e| files::cannot_write(path, &e))?;
         }
         if let Some(picture) = &mut self.picture {
-            picture.push(state, sample);
+            picture.push(state, sample, values);
         }
         Ok(())
     }

@@ -16,13 +16,15 @@ use penny::contact::{self, Law};
 use penny::forward::{Method, ROUNDS};
 use penny::integrate::{self, Integrator};
 use penny::mjcf;
-use penny::model::{Joint, JointKind, Keyframe, Model};
+use penny::model::{Joint, JointKind, Keyframe, Model, Parts};
 use penny::state::State;
 
 /// s
 const DEFAULT_TIME: f64 = 3.0;
 /// More would take longer than a day even where a step takes 0.1 µs.
 const MOST_STEPS: usize = 1_000_000_000_000;
+/// The least coefficient of friction that MuJoCo's contacts have.
+const MIN_MU: f64 = 1e-5;
 
 #[derive(clap::Args, Clone)]
 pub struct MethodArgs {
@@ -46,6 +48,9 @@ pub struct StartArgs {
     /// Start from this keyframe, by name or index (a scene's keyframes are applied only where named)
     #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]
     key: Option<String>,
+    /// Start from a state that --save-state wrote: the run goes on with the same bits
+    #[arg(long, value_name = "FILE", conflicts_with = "key")]
+    load_state: Option<PathBuf>,
     /// Start at these positions, all of them
     #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
     qpos: Option<Numbers>,
@@ -55,6 +60,63 @@ pub struct StartArgs {
     /// Hold the actuators at these controls, all of them
     #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
     ctrl: Option<Numbers>,
+}
+
+/// Numbers of the scene that are replaced for one run.
+#[derive(clap::Args, Clone)]
+pub struct OverrideArgs {
+    /// Friction of all contacts instead of the scene's: sliding, torsional and rolling, the last ones may be left out
+    #[arg(long, value_name = "\"…\"", value_parser = coefficients)]
+    friction: Option<Numbers>,
+    /// solref of all contacts: timeconst and dampratio, or -stiffness and -damping
+    #[arg(long, value_name = "\"…\"", value_parser = two_numbers, allow_hyphen_values = true)]
+    solref: Option<Numbers>,
+    /// solimp of all contacts, five numbers or the first of them
+    #[arg(long, value_name = "\"…\"", value_parser = impedance)]
+    solimp: Option<Numbers>,
+    /// Gravity, m/s²
+    #[arg(long, value_name = "\"x y z\"", value_parser = three_numbers, allow_hyphen_values = true)]
+    gravity: Option<Numbers>,
+}
+
+impl OverrideArgs {
+    /// Replaces the numbers in a compiled scene, those of `<pair>`s too.
+    ///
+    /// Errors: wrong usage, if a number is none that the scene can have.
+    pub fn apply(&self, model: &mut Model) -> Result<(), Failure> {
+        let set = |given: &Option<Numbers>, to: &mut [f64]| {
+            let Some(Numbers(given)) = given else { return };
+            to.iter_mut().zip(given).for_each(|(to, x)| *to = *x);
+        };
+        let wrong = |why| Failure::Usage(format!("error: {why}"));
+        let of_geoms = |m: &mut Parts| {
+            for geom in &mut m.geoms {
+                set(&self.friction, &mut geom.friction);
+                set(&self.solref, &mut geom.solref);
+                set(&self.solimp, &mut geom.solimp);
+            }
+            set(&self.gravity, m.opt.gravity.as_mut_slice());
+        };
+        model.edit(of_geoms).map_err(wrong)?;
+        let of_contacts = |m: &mut Parts| {
+            for mix in &mut m.mixes {
+                let [slide, _, spin, roll, _] = mix.friction;
+                let mut friction = [slide, spin, roll];
+                set(&self.friction, &mut friction);
+                if self.friction.is_some() {
+                    let [slide, spin, roll] = friction.map(|mu| mu.max(MIN_MU));
+                    mix.friction = [slide, slide, spin, roll, roll];
+                }
+                set(&self.solref, &mut mix.solref);
+                set(&self.solref, &mut mix.solreffriction);
+                set(&self.solimp, &mut mix.solimp);
+            }
+        };
+        if self.friction.is_some() || self.solref.is_some() || self.solimp.is_some() {
+            model.edit(of_contacts).map_err(wrong)?;
+        }
+        Ok(())
+    }
 }
 
 #[derive(clap::Args, Clone)]
@@ -115,7 +177,11 @@ fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> 
 impl StartArgs {
     /// Whether the command line asks for any start of its own.
     pub fn given(&self) -> bool {
-        self.key.is_some() || self.qpos.is_some() || self.qvel.is_some() || self.ctrl.is_some()
+        self.key.is_some()
+            || self.load_state.is_some()
+            || self.qpos.is_some()
+            || self.qvel.is_some()
+            || self.ctrl.is_some()
     }
 
     /// The options given, as one would type them; empty if there are none.
@@ -125,7 +191,8 @@ impl StartArgs {
             Some(format!("--{name} \"{}\"", x.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")))
         };
         let key = self.key.as_ref().map(|key| format!("--key {key}"));
-        let all = [key, numbers("qpos", &self.qpos), numbers("qvel", &self.qvel), numbers("ctrl", &self.ctrl)];
+        let state = self.load_state.as_ref().map(|path| format!("--load-state {}", path.display()));
+        let all = [key, state, numbers("qpos", &self.qpos), numbers("qvel", &self.qvel), numbers("ctrl", &self.ctrl)];
         all.into_iter().flatten().collect::<Vec<_>>().join(" ")
     }
 
@@ -135,6 +202,9 @@ impl StartArgs {
         if let Some(key) = &self.key {
             apply_key(model, key, &mut state)?;
         }
+        if let Some(path) = &self.load_state {
+            state = load_state(model, path)?;
+        }
         set("qpos", &self.qpos, &mut state.qpos, || joint_list(model, qpos_names))?;
         set("qvel", &self.qvel, &mut state.qvel, || joint_list(model, qvel_names))?;
         set("ctrl", &self.ctrl, &mut state.ctrl, || {
@@ -142,6 +212,32 @@ impl StartArgs {
         })?;
         Ok(state)
     }
+}
+
+/// Reads a saved state.
+///
+/// Errors: it cannot be read, or is not of this scene.
+fn load_state(model: &Model, path: &Path) -> Result<State, Failure> {
+    let cannot = |why: String| Failure::Problem(format!("error: cannot start from `{}`: {why}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|e| cannot(penny::reason(e)))?;
+    penny_lab::record::read_state(model, &text).map_err(cannot)
+}
+
+/// Warns of controls beyond `ctrlrange`, which count as its nearer end.
+pub fn clamped_controls(model: &Model, state: &State) -> String {
+    let mut text = String::new();
+    for (i, ctrl) in state.ctrl.iter().enumerate() {
+        let used = penny_lab::record::clamped(model, i, *ctrl);
+        if used != *ctrl {
+            let name = penny_lab::names::actuator(model, i);
+            text += &format!(
+                "warning: ctrl {} of {name} counts as {}: its ctrlrange ends there\n",
+                short(*ctrl),
+                short(used)
+            );
+        }
+    }
+    text
 }
 
 fn apply_key(model: &Model, key: &str, state: &mut State) -> Result<(), Failure> {
@@ -213,7 +309,7 @@ fn qvel_names(kind: JointKind) -> &'static str {
 }
 
 impl LengthArgs {
-    /// Errors: wrong usage, if nobody could wait for so many steps.
+    /// Errors: wrong usage, if there are more than [`MOST_STEPS`].
     pub fn steps(&self, timestep: f64) -> Result<usize, Failure> {
         let time = self.time.unwrap_or(DEFAULT_TIME);
         let steps = self.steps.map_or_else(|| (time / timestep).round(), |n| n as f64);
@@ -225,7 +321,7 @@ impl LengthArgs {
             None => format!("{} at a timestep of {}", si(time, "s"), si(timestep, "s")),
         };
         Err(Failure::Usage(format!(
-            "error: {help} makes {} steps, which nobody can wait for; the most is {}",
+            "error: {help} makes {} steps; the most is {}",
             short(steps),
             short(MOST_STEPS as f64),
         )))
@@ -333,6 +429,43 @@ pub fn at_least_one(text: &str) -> Result<usize, String> {
 /// For `--steps` and the like.
 pub fn whole<N: std::str::FromStr>(text: &str) -> Result<N, String> {
     text.parse().map_err(|_| "must be a whole number, 0 or more".to_owned())
+}
+
+/// One to three coefficients of friction.
+fn coefficients(text: &str) -> Result<Numbers, String> {
+    let numbers = counted(text, 1..=3)?;
+    if numbers.0.iter().all(|x| *x >= 0.0) { Ok(numbers) } else { Err("friction is 0 or more".to_owned()) }
+}
+
+fn two_numbers(text: &str) -> Result<Numbers, String> {
+    let numbers = counted(text, 2..=2)?;
+    match numbers.0[..] {
+        [a, b] if (a > 0.0) == (b > 0.0) => Ok(numbers),
+        _ => Err("either both are above 0 (timeconst, dampratio), or both at most 0 (-stiffness, -damping)".to_owned()),
+    }
+}
+
+fn three_numbers(text: &str) -> Result<Numbers, String> {
+    counted(text, 3..=3)
+}
+
+/// Numbers of solimp, kept within MuJoCo's bounds.
+fn impedance(text: &str) -> Result<Numbers, String> {
+    const BOUNDS: [(f64, f64); 5] =
+        [(1e-4, 0.9999), (1e-4, 0.9999), (0.0, f64::INFINITY), (1e-4, 0.9999), (1.0, f64::INFINITY)];
+    let mut numbers = counted(text, 1..=5)?;
+    numbers.0.iter_mut().zip(BOUNDS).for_each(|(x, (low, high))| *x = x.clamp(low, high));
+    Ok(numbers)
+}
+
+fn counted(text: &str, count: std::ops::RangeInclusive<usize>) -> Result<Numbers, String> {
+    let numbers = numbers(text)?;
+    if count.contains(&numbers.0.len()) {
+        return Ok(numbers);
+    }
+    let (low, high) = (count.start(), count.end());
+    let most = if low == high { String::new() } else { format!(" to {high}") };
+    Err(format!("takes {low}{most} numbers, in quotes"))
 }
 
 fn numbers(text: &str) -> Result<Numbers, String> {

@@ -251,8 +251,8 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     let recommended =
         recommendations(&rows, &unit, &uncertainty, contactless(&case.model), args.truth == Truth::Converged);
     files.finish(&notes, &rows)?;
-    eprint!("{name}, {}\n{}\n{recommended}", si(args.time, "s"), notes.join("\n"));
-    eprintln!("{}: sweep.csv, sweep.json, sweep.svg, sweep.png", directory.display());
+    print!("{name}, {}\n{}\n{recommended}", si(args.time, "s"), notes.join("\n"));
+    println!("{}: sweep.csv, sweep.json, sweep.svg, sweep.png", directory.display());
     Ok(())
 }
 

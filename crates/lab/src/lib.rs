@@ -2,10 +2,11 @@
 //!
 //!     Model + Method ─ explain → what the numbers mean, and where they lead
 //!     Case + Method ─ sweep → errors and costs, stability maps, closed forms
-//!     State ─ record → CSV, JSON, charts
+//!     State ─ record → CSV, JSON, charts, saved states
 //!     Figure ─ plot → SVG, PNG
 
 pub mod explain;
+pub mod names;
 pub mod plot;
 pub mod record;
 pub mod sweep;

@@ -4,7 +4,6 @@
 //! forces at the same states. What the two laws differ by there is the cause; whether it goes away in a scene
 //! without friction tells friction from the rest.
 
-use crate::explain::body_name;
 use crate::format::{count, si};
 use penny::collision::exact;
 use penny::contact::mujoco;
@@ -13,6 +12,7 @@ use penny::forward::{Method, forward, step};
 use penny::math::Vec3;
 use penny::model::Model;
 use penny::state::State;
+use penny_lab::names::body as body_name;
 
 /// Impulses by which two laws differ, N s.
 #[derive(Default)]

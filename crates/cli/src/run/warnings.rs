@@ -1,13 +1,13 @@
 //! What makes a run questionable: geoms deep in one another at the start, energy from nowhere at the end.
 
 use super::rounded_down;
-use crate::explain::geom_name;
 use crate::format::{short, si};
-use penny::data::Contact;
+use penny::data::{Contact, Data};
 use penny::forward::Method;
 use penny::integrate;
 use penny::model::Model;
 use penny_lab::explain;
+use penny_lab::names::geom as geom_name;
 use penny_lab::record::Sample;
 
 /// Two geoms that are deep in one another before the first step.
@@ -51,14 +51,22 @@ impl Overlap {
     }
 }
 
-/// The energy over the run.
+/// Energy that comes from nowhere.
+///
+/// What actuators have put in is taken off: E' = E − W. A contact or joint limit with force F at a depth d stores no more
+/// than F d, so E' + Σ F d is at least what can come back from a state:
+///
+///     gain = E'(t) − min (E'(0), min over 0 < s ≤ t of (E'(s) + Σ F d))
 pub struct EnergyGain {
-    /// Of all that moves, J.
-    first: f64,
-    last: f64,
-    /// What a change of energy is measured by: the largest kinetic energy, and the work of lifting all that moves by
-    /// its largest geom's radius, J.
-    scale: f64,
+    /// E' + Σ F d where it was least so far, and then, J.
+    least: f64,
+    /// The largest gain, and the energies between which it was, J.
+    gain: f64,
+    from_to: [f64; 2],
+    /// The largest kinetic energy, J.
+    kinetic: f64,
+    /// The work of lifting all that moves by its largest geom's radius, J.
+    lift: f64,
 }
 
 impl EnergyGain {
@@ -70,21 +78,36 @@ impl EnergyGain {
         let radii = model.geoms.iter().filter(|g| moves(g.body)).map(|g| g.rbound);
         let mass: f64 = model.bodies.iter().filter(|b| b.tree.is_some()).map(|b| b.mass).sum();
         let lift = mass * explain::weight(model) * radii.fold(0.0, f64::max);
-        EnergyGain { first: first.energy, last: first.energy, scale: lift + first.kinetic }
+        EnergyGain { least: first.energy, gain: 0.0, from_to: [first.energy; 2], kinetic: first.kinetic, lift }
     }
 
-    pub fn enter(&mut self, sample: &Sample) {
-        self.last = sample.energy;
-        self.scale = self.scale.max(sample.kinetic);
+    /// In: forces at the state, and the work of the actuators so far (J).
+    pub fn enter(&mut self, sample: &Sample, data: &Data, work: f64) {
+        let contacts = data.contacts.iter().map(|c| (c.force[0] * c.dist).abs());
+        let limits = data.joint_rows.iter().map(|r| (r.force * r.violation).abs());
+        let now = sample.energy - work;
+        let stored: f64 = contacts.chain(limits).sum();
+        self.kinetic = self.kinetic.max(sample.kinetic);
+        self.least = self.least.min(now + stored);
+        if now - self.least > self.gain {
+            self.gain = now - self.least;
+            self.from_to = [self.least + work, sample.energy];
+        }
     }
 
+    /// The largest kinetic energy so far, J.
+    pub fn kinetic(&self) -> f64 {
+        self.kinetic
+    }
+
+    /// Measured by the largest kinetic energy, and by what it takes to lift all that moves by its radius.
     pub fn grew(&self) -> bool {
-        self.last - self.first > EnergyGain::MUCH * self.scale
+        self.gain > EnergyGain::MUCH * (self.kinetic + self.lift)
     }
 
     /// Says by how much the energy grew, and the likeliest cause and remedy.
     pub fn told(&self, model: &Model, method: &Method, overlap: Option<&Overlap>, limit: Option<f64>) -> String {
-        let [first, last] = [self.first, self.last].map(|e| si(e, "J"));
+        let [first, last] = self.from_to.map(|e| si(e, "J"));
         let (h, integrator) = (method.timestep, method.integrator.name);
         let cause = match (overlap, limit) {
             (Some(overlap), _) => {
@@ -101,6 +124,8 @@ impl EnergyGain {
                 format!("{integrator} errs at this timestep: try --timestep {:.1e}{other}", 0.25 * h)
             }
         };
-        format!("warning: the energy grew from {first} to {last}, though nothing drives the scene: {cause}")
+        let driven =
+            if model.actuators.is_empty() { "though nothing drives the scene" } else { "beyond the actuators' work" };
+        format!("warning: the energy grew from {first} to {last}, {driven}: {cause}")
     }
 }

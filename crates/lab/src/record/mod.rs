@@ -1,18 +1,26 @@
 //! Quantities over time: what a run leaves behind. Not part of a step.
 
+mod balance;
 mod csv;
 mod json;
 mod lines;
 mod picture;
+mod quantity;
+mod saved;
 
+pub use balance::Balance;
 pub use csv::Csv;
 pub use json::Json;
 pub use lines::Lines;
 pub use picture::Picture;
+pub use quantity::{GROUPS, Group, Quantity, Side, chosen, clamped, pair_name, pairs, quantities, sides, usual};
+pub use saved::{read_state, write_state};
 
+use crate::names;
 use penny::collision;
 use penny::data::{Contact, Data};
 use penny::dynamics::{self, energy};
+use penny::forward::{Method, forward};
 use penny::math::Vec3;
 use penny::model::{JointKind, Model};
 use penny::state::State;
@@ -66,6 +74,32 @@ impl Recorder {
         }
     }
 
+    /// The values of quantities at the state, contact forces as the law of `method` gives them there.
+    pub fn values(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        state: &State,
+        sample: &Sample,
+        quantities: &[Quantity],
+    ) -> Vec<f64> {
+        if quantities.is_empty() {
+            return Vec::new();
+        }
+        self.forces(model, method, state);
+        quantities.iter().map(|q| q.value(model, state, &self.data, sample)).collect()
+    }
+
+    /// Finds the forces of the law of `method` at the state.
+    pub fn forces(&mut self, model: &Model, method: &Method, state: &State) {
+        forward(model, method, state, &mut self.data);
+    }
+
+    /// What is known of the state that was measured last; forces after [`forces`](Recorder::forces).
+    pub fn data(&self) -> &Data {
+        &self.data
+    }
+
     /// The contacts of the state that was measured last.
     pub fn contacts(&self) -> &[Contact] {
         &self.data.contacts
@@ -105,9 +139,9 @@ pub fn coordinates(model: &Model) -> Vec<Coordinate> {
         let body = &model.bodies[joint.body].name;
         // A free body is known by its own name, a joint by the joint's.
         let whole = matches!(joint.kind, JointKind::Free | JointKind::Ball);
-        let names = if whole { [body, &joint.name] } else { [&joint.name, body] };
-        let named = names.into_iter().find(|name| !name.is_empty());
-        let name = named.map_or_else(|| format!("body {}", joint.body), String::clone);
+        let given = if whole { [body, &joint.name] } else { [&joint.name, body] };
+        let named = given.into_iter().find(|name| !name.is_empty());
+        let name = named.map_or_else(|| names::body(model, joint.body), String::clone);
         let (parts, own): (&[(&str, &str)], usize) = match joint.kind {
             JointKind::Free => (&FREE, 3),
             JointKind::Ball => (&FREE[3..], 0),
@@ -122,12 +156,13 @@ pub fn coordinates(model: &Model) -> Vec<Coordinate> {
     list
 }
 
-/// Names of the columns of a recording, in order.
-pub fn columns(model: &Model) -> Vec<String> {
+/// Names of the columns of a recording, in order; the quantities that were chosen come last.
+pub fn columns(model: &Model, quantities: &[Quantity]) -> Vec<String> {
     let mut names = vec!["time".to_owned()];
     names.extend((0..model.nq).map(|i| format!("qpos{i}")));
     names.extend((0..model.nv).map(|i| format!("qvel{i}")));
     names.extend(["energy", "penetration", "contacts"].map(str::to_owned));
+    names.extend(quantities.iter().map(|q| q.name.clone()));
     names
 }
 
@@ -137,8 +172,9 @@ fn digits(x: f64) -> String {
 }
 
 /// One row, as text, in the order of [`columns`].
-fn row(state: &State, sample: &Sample) -> impl Iterator<Item = String> {
+fn row(state: &State, sample: &Sample, values: &[f64]) -> impl Iterator<Item = String> {
     let numbers = [state.time].into_iter().chain(state.qpos.clone()).chain(state.qvel.clone());
     let more = [sample.energy, sample.penetration];
-    numbers.chain(more).map(digits).chain([sample.contacts.to_string()])
+    let own = numbers.chain(more).map(digits).chain([sample.contacts.to_string()]);
+    own.chain(values.iter().map(|x| digits(*x)).collect::<Vec<_>>())
 }

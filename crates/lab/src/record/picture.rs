@@ -1,6 +1,6 @@
 //! A run as a chart: where the centre of mass was, what energy there was, how the largest motion looks in phase space.
 
-use super::{Coordinate, Sample, coordinates};
+use super::{Coordinate, Quantity, Sample, coordinates};
 use crate::plot::palette::{CURVES, DASHES};
 use crate::plot::{Axis, Figure, Layer, Line, Panel};
 use penny::model::Model;
@@ -13,7 +13,12 @@ pub struct Picture {
     samples: Vec<Sample>,
     /// The coordinates that have a velocity of their own, each with its position and velocity over time.
     phase: Vec<(Phase, Vec<[f64; 2]>)>,
+    /// What was chosen instead of all that, each over time.
+    chosen: Vec<(Quantity, Vec<[f64; 2]>)>,
 }
+
+/// Curves in one panel.
+const CURVES_IN_PANEL: usize = 4;
 
 /// A coordinate with its velocity: indices into qpos and qvel.
 #[derive(Clone, Debug)]
@@ -24,16 +29,21 @@ struct Phase {
 }
 
 impl Picture {
-    pub fn new(model: &Model) -> Picture {
+    /// Of the chosen quantities; if there are none, of the usual.
+    pub fn new(model: &Model, chosen: &[Quantity]) -> Picture {
         let own = |(qpos, coordinate): (usize, Coordinate)| {
             let qvel = coordinate.qvel?;
             Some((Phase { coordinate, qpos, qvel }, Vec::new()))
         };
         let phase = coordinates(model).into_iter().enumerate().filter_map(own).collect();
-        Picture { time: Vec::new(), samples: Vec::new(), phase }
+        let chosen = chosen.iter().map(|q| (q.clone(), Vec::new())).collect();
+        Picture { time: Vec::new(), samples: Vec::new(), phase, chosen }
     }
 
-    pub fn push(&mut self, state: &State, sample: &Sample) {
+    pub fn push(&mut self, state: &State, sample: &Sample, values: &[f64]) {
+        for ((_, points), value) in self.chosen.iter_mut().zip(values) {
+            points.push([state.time, *value]);
+        }
         self.time.push(state.time);
         self.samples.push(*sample);
         for (c, points) in &mut self.phase {
@@ -43,6 +53,9 @@ impl Picture {
 
     /// The chart. `subtitle` says how it was computed.
     pub fn figure(&self, title: &str, subtitle: &str) -> Figure {
+        if !self.chosen.is_empty() {
+            return self.chosen_figure(title, subtitle);
+        }
         let over_time = |label: &str, i: usize, of: &dyn Fn(&Sample) -> f64| {
             let points = self.time.iter().zip(&self.samples).map(|(t, s)| [*t, of(s)]).collect();
             let dash = if label.is_empty() { DASHES[0] } else { DASHES[i] };
@@ -71,6 +84,37 @@ impl Picture {
         }
         let mut figure = Figure::new(title, subtitle, panels);
         (figure.columns, figure.panel_size) = (2, [330.0, 220.0]);
+        figure
+    }
+
+    /// A panel for each unit and group, of a few curves each.
+    fn chosen_figure(&self, title: &str, subtitle: &str) -> Figure {
+        let mut panels: Vec<Vec<&(Quantity, Vec<[f64; 2]>)>> = Vec::new();
+        for curve in &self.chosen {
+            let alike = |panel: &&mut Vec<&(Quantity, Vec<[f64; 2]>)>| {
+                let first = &panel[0].0;
+                panel.len() < CURVES_IN_PANEL && first.unit == curve.0.unit && first.group == curve.0.group
+            };
+            match panels.iter_mut().find(alike) {
+                Some(panel) => panel.push(curve),
+                None => panels.push(vec![curve]),
+            }
+        }
+        let panel = |curves: &Vec<&(Quantity, Vec<[f64; 2]>)>| {
+            let Quantity { unit, .. } = &curves[0].0;
+            let word = super::GROUPS.iter().find(|(_, group)| *group == curves[0].0.group).map_or("", |(word, _)| word);
+            let title = if curves.len() == 1 { curves[0].0.name.clone() } else { word.to_owned() };
+            let label = if unit.is_empty() { word.to_owned() } else { format!("{word} [{unit}]") };
+            let line = |(i, (quantity, points)): (usize, &&(Quantity, Vec<[f64; 2]>))| {
+                let name = if curves.len() == 1 { "" } else { &quantity.name };
+                Layer::Line(Line::new(name, CURVES[i], points.clone()).dashed(DASHES[i]))
+            };
+            let layers = curves.iter().enumerate().map(line).collect();
+            Panel::new(title, Axis::linear("time [s]").tight(), Axis::linear(label), layers)
+        };
+        let mut figure = Figure::new(title, subtitle, panels.iter().map(panel).collect());
+        figure.columns = panels.len().clamp(1, 2);
+        figure.panel_size = [330.0, 220.0];
         figure
     }
 

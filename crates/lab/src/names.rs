@@ -1,0 +1,35 @@
+//! What bodies, geoms and joints are called where their file gives them no name: by what they are.
+
+use penny::model::Model;
+
+/// "crate", or "body 3, a box".
+pub fn body(model: &Model, body: usize) -> String {
+    let b = &model.bodies[body];
+    if !b.name.is_empty() {
+        return b.name.clone();
+    }
+    let mut kinds: Vec<&str> = model.geoms[b.geoms.clone()].iter().map(|g| g.kind.name()).collect();
+    kinds.dedup();
+    match kinds[..] {
+        [one] => format!("body {body}, {} {one}", if one.starts_with('e') { "an" } else { "a" }),
+        _ => format!("body {body}"),
+    }
+}
+
+/// "ground", or "plane 0".
+pub fn geom(model: &Model, geom: usize) -> String {
+    let g = &model.geoms[geom];
+    if g.name.is_empty() { format!("{} {geom}", g.kind.name()) } else { g.name.clone() }
+}
+
+/// "elbow", or "hinge 2".
+pub fn joint(model: &Model, joint: usize) -> String {
+    let j = &model.joints[joint];
+    if j.name.is_empty() { format!("{} {joint}", j.kind.name()) } else { j.name.clone() }
+}
+
+/// "servo", or "actuator 0".
+pub fn actuator(model: &Model, actuator: usize) -> String {
+    let a = &model.actuators[actuator];
+    if a.name.is_empty() { format!("actuator {actuator}") } else { a.name.clone() }
+}

@@ -1,0 +1,100 @@
+//! Where a run's energy went: the work of actuators, of dampers and of contacts.
+//!
+//!     E(t) − E(0) = W_actuators + W_dampers + W_constraints + drift
+//!
+//! E is kinetic energy, weight and springs of what moves; v and v' are the velocities before and after a step.
+//!
+//!     first order:   W = h f·(v + v')/2           f the force of the step: the exact change of kinetic energy at constant M
+//!     higher order:  W = h (f·v + f'·v')/2        f' the force of the step's last stage, f that of the step before
+//!
+//! What the integrator itself adds or loses is left as drift, and with it the error of these sums: of second order.
+
+use penny::data::{Data, JointRowKind};
+use penny::integrate::Integrator;
+use penny::math::{Vec3, Vec6};
+use penny::model::Model;
+use penny::state::State;
+
+/// Work done on what moves since the start, J.
+#[derive(Clone, Debug, Default)]
+pub struct Balance {
+    pub actuators: f64,
+    /// Dampers of joints.
+    pub dampers: f64,
+    /// All contacts, joint limits and dry friction.
+    pub constraints: f64,
+    /// Friction of contacts and dry friction of joints: the part of `constraints` that is certainly lost. From the speeds at
+    /// which surfaces slide at the beginning of each step.
+    pub friction: f64,
+    before: Vec<f64>,
+    /// Powers at the end of the last step, where an integrator of higher order sums by them, W.
+    powers: Option<[f64; 3]>,
+}
+
+impl Balance {
+    pub fn new(model: &Model, integrator: &Integrator) -> Balance {
+        let powers = (integrator.order > 1).then_some([0.0; 3]);
+        Balance { before: vec![0.0; model.nv], powers, ..Balance::default() }
+    }
+
+    /// Before a step.
+    pub fn before(&mut self, state: &State) {
+        self.before.copy_from_slice(&state.qvel);
+    }
+
+    /// After that step of `h` (s), with the forces that it left in `data`.
+    pub fn after(&mut self, model: &Model, state: &State, data: &Data, h: f64) {
+        let before = &self.before;
+        let mean = |d: usize| 0.5 * (before[d] + state.qvel[d]);
+        // A higher order has its last forces at the end of the step.
+        let speed = |d: usize| if self.powers.is_some() { state.qvel[d] } else { mean(d) };
+        let power = |force: &[f64]| force.iter().enumerate().map(|(d, f)| f * speed(d)).sum::<f64>();
+        let mut now = [0.0; 3];
+        if !model.actuators.is_empty() {
+            now[0] = power(&data.qfrc_actuator);
+        }
+        if model.opt.flags.damper && model.plan.dampers > 0 {
+            now[1] = -model.dofs.iter().enumerate().map(|(d, dof)| dof.damping * speed(d) * speed(d)).sum::<f64>();
+        }
+        if !data.contacts.is_empty() || !data.joint_rows.is_empty() {
+            now[2] = power(&data.qfrc_constraint);
+            let dry = data.joint_rows.iter().filter(|row| row.kind == JointRowKind::DryFriction);
+            self.friction += h * (contact_friction(data) + dry.map(|row| row.force * mean(row.dof)).sum::<f64>());
+        }
+        let work = match self.powers.replace(now) {
+            Some(last) => [0, 1, 2].map(|i| 0.5 * h * (last[i] + now[i])),
+            None => {
+                self.powers = None;
+                now.map(|p| h * p)
+            }
+        };
+        self.actuators += work[0];
+        self.dampers += work[1];
+        self.constraints += work[2];
+    }
+
+    /// All work that is accounted for, J.
+    pub fn total(&self) -> f64 {
+        self.actuators + self.dampers + self.constraints
+    }
+}
+
+/// Power of all contacts' friction, W: below 0 it takes energy.
+///
+///     P = Σ f_t·(v₁ − v₀) + τ·(ω₁ − ω₀)      of the second body against the first, at the point of contact
+fn contact_friction(data: &Data) -> f64 {
+    let mut power = 0.0;
+    for contact in data.contacts.iter().filter(|c| c.force[0] != 0.0) {
+        let twist = |side: usize| {
+            let mover = &data.movers[contact.body[side] as usize];
+            let part = |v: &Vec6, i: usize| Vec3::new(v[i], v[i + 1], v[i + 2]);
+            let angular = mover.axes * part(&mover.vel, 3);
+            (part(&mover.vel, 0) + angular.cross(&(contact.pos - mover.com)), angular)
+        };
+        let [(v0, w0), (v1, w1)] = [twist(0), twist(1)];
+        let (slip, turn) = (contact.frame * (v1 - v0), contact.frame * (w1 - w0));
+        let [_, t1, t2, spin, roll1, roll2] = contact.force;
+        power += t1 * slip.y + t2 * slip.z + spin * turn.x + roll1 * turn.y + roll2 * turn.z;
+    }
+    power
+}

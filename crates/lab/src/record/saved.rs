@@ -1,0 +1,176 @@
+//! States as JSON, bit for bit: a run goes on from one as if it had never stopped.
+//!
+//!     {"penny_state": 1, "model": {…}, "method": {…}, "time", "qpos", "qvel", "ctrl", "xfrc_applied", "qacc_warmstart", "warm"}
+//!
+//! A number is written with as many digits as tell it from its neighbours, and read back as the same bits. `model` says
+//! what the numbers belong to: a state of another scene is refused, one of the same scene with another mass or friction is
+//! not. `method` is for people: a run under another law or integrator may start from the state, too.
+
+use serde::{Deserialize, Serialize};
+
+use crate::names;
+use penny::data::JointRowKind;
+use penny::forward::Method;
+use penny::math::Vec6;
+use penny::model::Model;
+use penny::state::{Key, State, Warm};
+
+/// Of this layout of the file.
+const VERSION: u32 = 1;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Saved {
+    penny_state: u32,
+    model: Shape,
+    method: How,
+    time: f64,
+    qpos: Vec<f64>,
+    qvel: Vec<f64>,
+    ctrl: Vec<f64>,
+    /// Force and torque on each body, or none.
+    xfrc_applied: Vec<[f64; 6]>,
+    qacc_warmstart: Vec<f64>,
+    warm: Vec<Remembered>,
+}
+
+/// What a state's numbers belong to.
+#[derive(Serialize, Deserialize, PartialEq)]
+struct Shape {
+    name: String,
+    joints: Vec<String>,
+    actuators: usize,
+    bodies: usize,
+    geoms: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+struct How {
+    contact: String,
+    integrator: String,
+    timestep: f64,
+}
+
+/// The force of one contact or joint row in the last step.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Remembered {
+    Contact { geoms: [u32; 2], feature: u32, force: [f64; 6] },
+    Joint { dof: usize, row: String, force: [f64; 6] },
+}
+
+const ROWS: [(&str, JointRowKind); 3] = [
+    ("dry friction", JointRowKind::DryFriction),
+    ("lower limit", JointRowKind::LowerLimit),
+    ("upper limit", JointRowKind::UpperLimit),
+];
+
+impl Shape {
+    fn of(model: &Model) -> Shape {
+        let joint = |j: usize| format!("{} {}", model.joints[j].kind.name(), names::joint(model, j));
+        Shape {
+            name: model.name.clone(),
+            joints: (0..model.joints.len()).map(joint).collect(),
+            actuators: model.actuators.len(),
+            bodies: model.bodies.len(),
+            geoms: model.geoms.len(),
+        }
+    }
+
+    /// Why a state of the other shape does not fit this one.
+    fn differs(&self, other: &Shape) -> Option<String> {
+        let first = self.joints.iter().zip(&other.joints).find(|(a, b)| a != b);
+        let counts = [
+            (self.bodies, other.bodies, "bodies"),
+            (self.joints.len(), other.joints.len(), "joints"),
+            (self.actuators, other.actuators, "actuators"),
+            (self.geoms, other.geoms, "geoms"),
+        ];
+        if let Some((here, there, what)) = counts.into_iter().find(|(a, b, _)| a != b) {
+            return Some(format!("it has {there} {what} (the world among the bodies), this scene has {here}"));
+        }
+        first.map(|(here, there)| format!("its joint `{there}` is `{here}` in this scene"))
+    }
+}
+
+/// The state as text.
+///
+/// Errors: none of the numbers of a run that has not diverged; else a number that JSON does not have.
+pub fn write_state(model: &Model, method: &Method, state: &State) -> Result<String, String> {
+    let State { time, qpos, qvel, ctrl, xfrc_applied, qacc_warmstart, warm } = state;
+    let remembered = |warm: &Warm| match warm.key {
+        Key::Contact(geoms, feature) => Remembered::Contact { geoms, feature, force: warm.force },
+        Key::Joint(dof, kind) => {
+            let row = ROWS.iter().find(|(_, k)| *k == kind).map_or("", |(name, _)| name);
+            Remembered::Joint { dof, row: row.to_owned(), force: warm.force }
+        }
+    };
+    let finite = [qpos, qvel, ctrl, qacc_warmstart].into_iter().flatten().all(|x| x.is_finite()) && time.is_finite();
+    if !finite {
+        return Err("the state has numbers that are not finite".to_owned());
+    }
+    let saved = Saved {
+        penny_state: VERSION,
+        model: Shape::of(model),
+        method: How {
+            contact: method.contact.name.to_owned(),
+            integrator: method.integrator.name.to_owned(),
+            timestep: method.timestep,
+        },
+        time: *time,
+        qpos: qpos.clone(),
+        qvel: qvel.clone(),
+        ctrl: ctrl.clone(),
+        xfrc_applied: xfrc_applied.iter().map(|f| (*f).into()).collect(),
+        qacc_warmstart: qacc_warmstart.clone(),
+        warm: warm.iter().map(remembered).collect(),
+    };
+    serde_json::to_string(&saved).map(|text| text + "\n").map_err(|e| e.to_string())
+}
+
+/// The state of a text that [`write_state`] made.
+///
+/// Errors: what the text is instead, or why its state does not fit the model.
+pub fn read_state(model: &Model, text: &str) -> Result<State, String> {
+    let value: serde_json::Value = serde_json::from_str(text).map_err(|e| format!("it is not JSON: {e}"))?;
+    match value.get("penny_state").and_then(serde_json::Value::as_u64) {
+        Some(version) if version == u64::from(VERSION) => {}
+        Some(version) => return Err(format!("its layout is {version}, and this Penny reads {VERSION}")),
+        None => return Err("it is no saved state: --save-state writes one".to_owned()),
+    }
+    let saved: Saved = serde_json::from_str(text).map_err(|e| format!("it is damaged: {e}"))?;
+    if let Some(why) = Shape::of(model).differs(&saved.model) {
+        return Err(format!("it is a state of another scene: {why}"));
+    }
+    let counts = [
+        (saved.qpos.len(), model.nq, "qpos"),
+        (saved.qvel.len(), model.nv, "qvel"),
+        (saved.ctrl.len(), model.actuators.len(), "ctrl"),
+        (saved.qacc_warmstart.len(), model.nv, "qacc_warmstart"),
+    ];
+    if let Some((there, here, what)) = counts.into_iter().find(|(a, b, _)| a != b) {
+        return Err(format!("it is damaged: `{what}` has {there} numbers, and this scene has {here}"));
+    }
+    if ![0, model.bodies.len()].contains(&saved.xfrc_applied.len()) {
+        return Err(format!("it is damaged: `xfrc_applied` has {} rows", saved.xfrc_applied.len()));
+    }
+    let warm = |remembered: Remembered| {
+        Ok(match remembered {
+            Remembered::Contact { geoms, feature, force } => Warm { key: Key::Contact(geoms, feature), force },
+            Remembered::Joint { dof, row, force } => {
+                let kind = ROWS.iter().find(|(name, _)| *name == row).map(|(_, kind)| *kind);
+                let kind = kind.ok_or_else(|| format!("it is damaged: no joint has a `{row}`"))?;
+                Warm { key: Key::Joint(dof, kind), force }
+            }
+        })
+    };
+    Ok(State {
+        time: saved.time,
+        qpos: saved.qpos,
+        qvel: saved.qvel,
+        ctrl: saved.ctrl,
+        xfrc_applied: saved.xfrc_applied.into_iter().map(Vec6::from).collect(),
+        qacc_warmstart: saved.qacc_warmstart,
+        warm: saved.warm.into_iter().map(warm).collect::<Result<_, String>>()?,
+    })
+}

@@ -1,0 +1,263 @@
+//! What people ask of a run: forces of contacts, rotations, joints, and a state to go on from.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use penny_lab::record::{self, Recorder};
+use serde::Deserialize;
+
+use crate::sim::Sim;
+
+fn penny(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_penny")).args(args).current_dir(crate::ROOT).output().expect("penny starts")
+}
+
+fn file(name: &str, text: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("answers");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let path = folder.join(name);
+    std::fs::write(&path, text).expect("a file");
+    path
+}
+
+/// The named columns of a run's CSV.
+fn columns(scene: &Path, args: &[&str], names: &[&str]) -> Vec<Vec<f64>> {
+    let (path, show) = (scene.display().to_string(), names.join(","));
+    let output = penny(&[&[&path[..], "--csv", "-", "--show", &show], args].concat());
+    assert!(output.status.success(), "{}", crate::said(&output));
+    let csv = String::from_utf8(output.stdout).expect("UTF-8");
+    let header: Vec<&str> = csv.lines().next().expect("a header").split(',').collect();
+    let places: Vec<usize> = names
+        .iter()
+        .map(|name| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no {name} in {header:?}")))
+        .collect();
+    let row = |line: &str| {
+        let cells: Vec<f64> = line.split(',').map(|x| x.parse().expect("a number")).collect();
+        places.iter().map(|i| cells[*i]).collect()
+    };
+    csv.lines().skip(1).map(row).collect()
+}
+
+#[track_caller]
+fn near(found: f64, right: f64, tolerance: f64) {
+    assert!((found - right).abs() <= tolerance * right.abs().max(1e-3), "{found} instead of {right}");
+}
+
+const GROUND: &str = r#"<geom name="ground" type="plane" size="9 9 1"/>"#;
+
+fn crate_of(name: &str, mass: f64, z: f64) -> String {
+    format!(
+        r#"<body name="{name}" pos="0 0 {z}"><freejoint/><geom name="{name}" type="box" size=".25 .25 .25" mass="{mass}"/></body>"#
+    )
+}
+
+/// Weight, slope and stack, at rest: the law only sets how deep.
+#[test]
+fn contact_forces_are_those_of_statics() {
+    let crate_ = crate_of("crate", 8.0, 0.249);
+    let scene = |bodies: &str| format!("<mujoco><worldbody>{GROUND}{bodies}</worldbody></mujoco>");
+    let (one, two) = (scene(&crate_), scene(&format!("{crate_}{}", crate_of("lid", 3.0, 0.747))));
+    let (one, two) = (file("crate.xml", &one), file("stack.xml", &two));
+    for law in ["penalty", "mujoco"] {
+        let last = |scene: &Path, args: &[&str], names: &[&str]| {
+            let rows =
+                columns(scene, &[&["--contact", law, "--every", "5000", "--steps", "5000"], args].concat(), names);
+            rows.last().expect("rows").clone()
+        };
+        let weight = last(&one, &[], &["ground–crate.fn", "ground–crate.1.fn", "ground–crate.4.fn", "ground–crate.ft"]);
+        near(weight[0], 78.48, 1e-7);
+        near(weight[1], 19.62, 1e-7);
+        near(weight[2], 19.62, 1e-7);
+        assert!(weight[3] < 1e-7, "{weight:?}");
+        let slope = last(&one, &["--gravity", "3 0 -9"], &["ground–crate.fn", "ground–crate.ft"]);
+        near(slope[0], 72.0, 1e-6);
+        near(slope[1], 24.0, 1e-6);
+        let stack = last(&two, &[], &["ground–crate.fn", "crate–lid.fn"]);
+        near(stack[0], 11.0 * 9.81, 1e-6);
+        near(stack[1], 3.0 * 9.81, 1e-6);
+    }
+}
+
+/// A bead at the end of a rotating rod: its stop pulls with m ω² r.
+#[test]
+fn a_limit_carries_the_centripetal_force() {
+    let text = r#"<mujoco><option gravity="0 0 0" timestep="0.001"/><default><geom contype="0" conaffinity="0"/></default><worldbody>
+        <body name="rod"><joint name="turn" axis="0 0 1"/><geom size=".1" mass="1000"/>
+        <body name="bead" pos=".5 0 0"><joint name="bead" type="slide" axis="1 0 0" range="-1 0" damping="5"/>
+        <geom size=".01" mass=".2"/></body></body></worldbody></mujoco>"#;
+    let path = file("bead.xml", text);
+    let rows = columns(&path, &["--qvel", "4 0", "--time", "4"], &["bead.limit", "turn.v", "bead"]);
+    let [force, speed, stretch] = rows.last().expect("rows")[..] else { panic!() };
+    near(force, 0.2 * speed * speed * (0.5 + stretch), 1e-9);
+    assert!(force > 1.0);
+}
+
+#[derive(Deserialize)]
+struct Golden {
+    name: String,
+    xml: String,
+    qpos: Vec<f64>,
+    qvel: Vec<f64>,
+    contacts: Vec<Forces>,
+}
+
+#[derive(Deserialize)]
+struct Forces {
+    normal: f64,
+    friction: f64,
+}
+
+/// `mj_contactForce`, contact by contact: 1e-9 of the largest.
+#[test]
+fn contact_forces_are_mujocos() {
+    let text = std::fs::read_to_string(crate::file("tests/golden/forces.json")).expect("golden data");
+    let scenes: Vec<Golden> = serde_json::from_str(&text).expect("JSON");
+    let mut compared = 0;
+    for Golden { name, xml, qpos, qvel, contacts } in scenes {
+        let mut sim = Sim::law(&xml, "mujoco");
+        (sim.state.qpos, sim.state.qvel) = (qpos, qvel);
+        let mut recorder = Recorder::new(&sim.model);
+        let sample = recorder.sample(&sim.model, &sim.state);
+        let shown = record::chosen(&sim.model, &["contacts".to_owned()]).expect("a group");
+        let values = recorder.values(&sim.model, &sim.method, &sim.state, &sample, &shown);
+        let pushing = |what: &str| {
+            let named = shown.iter().zip(&values).filter(|(q, _)| q.name.ends_with(what));
+            named.map(|(_, v)| *v).collect::<Vec<f64>>()
+        };
+        let largest = contacts.iter().fold(0.0, |m: f64, c| m.max(c.normal));
+        // MuJoCo's list, and each pair's slots in the same order, the empty ones left out.
+        let normals: Vec<f64> = pushing(".fn").into_iter().filter(|f| *f != 0.0).collect();
+        let frictions: Vec<f64> = pushing(".ft").into_iter().filter(|f| *f != 0.0).collect();
+        let theirs: Vec<&Forces> = contacts.iter().filter(|c| c.normal != 0.0).collect();
+        assert_eq!(normals.len(), theirs.len(), "{name}: {values:?}");
+        for (i, c) in theirs.iter().enumerate() {
+            assert!((normals[i] - c.normal).abs() < 1e-9 * largest, "{name} {i}: {} {}", normals[i], c.normal);
+            let friction = frictions.get(i).copied().unwrap_or(0.0);
+            assert!((friction - c.friction).abs() < 1e-9 * largest, "{name} {i}: {friction} {}", c.friction);
+            compared += 1;
+        }
+    }
+    assert!(compared >= 12, "{compared}");
+}
+
+#[test]
+fn the_table_shows_what_matters_in_the_scene() {
+    let heading = |args: &[&str]| {
+        let said = crate::said(&penny(args));
+        said.lines().find(|l| l.trim_start().starts_with("time s")).unwrap_or_else(|| panic!("{said}")).to_owned()
+    };
+    let path = file(
+        "table.xml",
+        &format!("<mujoco><worldbody>{GROUND}{}</worldbody></mujoco>", crate_of("crate", 8.0, 0.249)),
+    );
+    let path = path.display().to_string();
+    assert!(heading(&[&path]).contains("ground–crate.fn N"), "a crate its load");
+    assert!(heading(&["models/top.xml", "--key", "spin"]).contains("spin rad/s"), "a top its spin");
+    assert!(heading(&["models/pendulum.xml"]).contains("rad"), "a pendulum its angle");
+    let chosen = heading(&[&path, "--show", "crate.wx,ground-crate.fn,energy"]);
+    let words = ["crate.wx rad/s", "ground–crate.fn N", "energy J", "kinetic "];
+    assert!(words.iter().all(|w| chosen.contains(w)) && !chosen.contains("penetration"), "{chosen}");
+    let wrong = penny(&[&path, "--show", "crate.zz"]);
+    let said = crate::said(&wrong);
+    assert!(
+        wrong.status.code() == Some(2) && said.contains("did you mean `crate.") && said.contains("forces"),
+        "{said}"
+    );
+    let svg = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shown.svg");
+    penny(&[&path, "--steps", "100", "--show", "forces", "--plot", svg.to_str().expect("UTF-8")]);
+    let svg = std::fs::read_to_string(&svg).expect("a picture");
+    assert!(svg.contains("ground–crate.fn") && svg.contains("forces [N]") && !svg.contains("Phase"));
+}
+
+/// A contract: without `--show` a recording is what it was; with it, columns are added at the end.
+#[test]
+fn named_columns_come_after_all_others_and_only_where_asked() {
+    let csv = |args: &[&str]| {
+        let output = penny(&[&["models/box.xml", "--steps", "1", "--csv", "-"], args].concat());
+        String::from_utf8(output.stdout).expect("UTF-8").lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let (plain, more) = (csv(&[]), csv(&["--show", "all"]));
+    assert_eq!(plain[0], "time,qpos0,qpos1,qpos2,qvel0,qvel1,qvel2,energy,penetration,contacts");
+    assert!(plain.iter().zip(&more).all(|(a, b)| b.starts_with(a) && b.len() > a.len()), "{more:?}");
+}
+
+/// Half-way through, saved by one process and loaded by another: the same bits as without a stop.
+#[test]
+fn a_saved_state_goes_on_with_the_same_bits() {
+    let text = r#"<mujoco><option timestep="0.002"/><worldbody><geom name="floor" type="plane" size="5 5 .1"/>
+        <body name="a" pos="0 0 .11" euler="0 0 10"><freejoint/><geom name="a" type="box" size=".1 .1 .1"/></body>
+        <body name="b" pos=".05 0 .32" euler="0 0 20"><freejoint/><geom name="b" type="box" size=".1 .1 .1"/></body>
+        <body name="c" pos="-.4 0 .5"><joint name="swing" axis="0 1 0" damping=".01" frictionloss=".02" range="-50 20"/>
+        <geom name="rod" type="capsule" fromto="0 0 0 .3 0 0" size=".02"/></body></worldbody>
+        <actuator><motor name="m" joint="swing" gear="2" ctrlrange="-1 1"/></actuator></mujoco>"#;
+    let scene = file("restart.xml", text).display().to_string();
+    for law in penny::contact::ALL {
+        for integrator in penny::integrate::ALL {
+            let saved = file(&format!("{}_{}.json", law.name, integrator.name), "").display().to_string();
+            let end = |args: &[&str]| {
+                let method = ["--contact", law.name, "--integrator", integrator.name];
+                let output = penny(&[&["run", &scene, "--save-state", "-"][..], &method, args].concat());
+                assert!(output.status.success(), "{}", crate::said(&output));
+                String::from_utf8(output.stdout).expect("UTF-8")
+            };
+            let whole = end(&["--ctrl", ".5", "--steps", "120"]);
+            std::fs::write(&saved, end(&["--ctrl", ".5", "--steps", "70"])).expect("a file");
+            let parts = end(&["--load-state", &saved, "--steps", "50"]);
+            assert!(whole == parts, "{} {}\n{whole}\n{parts}", law.name, integrator.name);
+        }
+    }
+    let saved = file("penalty_rk4.json", "").display().to_string();
+    let save = ["--steps", "3", "--save-state", &saved];
+    penny(&[&["models/pendulum.xml"], &save[..]].concat());
+    for (scene, says) in
+        [(&scene[..], "a state of another scene: it has 2 bodies"), ("models/disk.xml", "another scene")]
+    {
+        let output = penny(&[scene, "--load-state", &saved]);
+        assert!(output.status.code() == Some(1) && crate::said(&output).contains(says), "{}", crate::said(&output));
+    }
+    let output = penny(&["models/disk.xml", "--load-state", "models/disk.xml"]);
+    assert!(
+        output.status.code() == Some(1) && crate::said(&output).contains("it is not JSON"),
+        "{}",
+        crate::said(&output)
+    );
+}
+
+/// A motor's work, a damper's and friction's loss, against closed forms.
+#[test]
+fn the_summary_says_where_the_energy_went() {
+    let push = r#"<mujoco><option gravity="0 0 0"/><worldbody><body><joint name="x" type="slide" axis="1 0 0"/>
+        <geom type="box" size=".1 .1 .1" mass="2"/></body></worldbody><actuator><motor joint="x"/></actuator></mujoco>"#;
+    let push = file("push.xml", push).display().to_string();
+    // F = 3 N for 1 s on 2 kg: F² t²/(2 m) = 2.25 J.
+    let said = crate::said(&penny(&[&push, "--ctrl", "3", "--time", "1"]));
+    assert!(said.contains("energy 0 J to 2.25 J: actuators +2.25 J, drift 0 J") && !said.contains("warning"), "{said}");
+    let slide = format!("<mujoco><worldbody>{GROUND}{}</worldbody></mujoco>", crate_of("crate", 2.0, 0.25));
+    let slide = file("slide.xml", &slide).display().to_string();
+    // v²/(2 μ g) of way at μ m g: all of m v²/2 = 1 J.
+    let said = crate::said(&penny(&[&slide, "--friction", "0.5", "--qvel", "1 0 0 0 0 0"]));
+    let friction = said.split("(friction about ").nth(1).unwrap_or_else(|| panic!("{said}"));
+    let joules: f64 = friction.split(' ').next().expect("a number").parse().expect("a number");
+    assert!((joules + 1.0).abs() < 0.02, "{said}");
+}
+
+#[test]
+fn numbers_of_a_scene_can_be_replaced_for_a_run() {
+    let scene = format!("<mujoco><worldbody>{GROUND}{}</worldbody></mujoco>", crate_of("crate", 2.0, 0.25));
+    let scene = file("replaced.xml", &scene);
+    let way = |args: &[&str]| {
+        let args = [&["--qvel", "1 0 0 0 0 0", "--every", "1500"], args].concat();
+        columns(&scene, &args, &["crate.x"]).last().expect("rows")[0]
+    };
+    // v²/(2 μ g)
+    near(way(&["--friction", "0.2"]), 1.0 / (0.4 * 9.81), 0.03);
+    near(way(&["--friction", "0.2", "--gravity", "0 0 -1.62"]), 1.0 / (0.4 * 1.62), 0.05);
+    let depth =
+        |solref: &str| columns(&scene, &["--solref", solref, "--every", "1500"], &["crate.z"]).last().expect("rows")[0];
+    assert!(depth("0.1 1") < 0.25 - 1e-3 && depth("0.02 1") > 0.25 - 2e-4);
+    let wrong = penny(&[&scene.display().to_string(), "--solref", "0.1"]);
+    assert!(wrong.status.code() == Some(2) && crate::said(&wrong).contains("takes 2 numbers"));
+    let wrong = penny(&["models/disk.xml", "--qvel", "2", "0", "0"]);
+    assert!(crate::said(&wrong).contains(r#"quote the numbers: --qvel "2 0 0""#), "{}", crate::said(&wrong));
+    assert!(penny(&["help"]).status.success());
+}
