@@ -38,6 +38,11 @@ pub fn load(path: &Path) -> Result<Scene, Failure> {
     compiled(mjcf::load(path)?)
 }
 
+/// Reads and compiles a file within limits of one's own.
+pub fn load_within(path: &Path, limits: &mjcf::Limits) -> Result<Scene, Failure> {
+    compiled(mjcf::load_within(path, limits)?)
+}
+
 /// Reads and compiles text as if it were the file `name`.
 pub fn parse(name: &str, text: &str) -> Result<Scene, Failure> {
     compiled(mjcf::parse(name, text)?)

@@ -107,6 +107,7 @@ fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, comp
 }
 
 /// The pose of a body or geom, or the identity after a report.
+#[inline(never)]
 fn pose_or_report(pose: &spec::Pose, node: NodeId, compiler: &spec::Compiler, log: &mut Log) -> (Vec3, Quat) {
     frames::pose(pose, compiler).unwrap_or_else(|kind| {
         no_direction(node, kind, log);
@@ -129,6 +130,7 @@ pub fn no_direction(node: NodeId, what: NoDirection, log: &mut Log) {
 }
 
 /// Rules about the joints of one body together.
+#[inline(never)]
 fn check_joints(body: &spec::Body, log: &mut Log) {
     let joints = &body.joints;
     let dofs: usize = joints.iter().map(|j| j.kind.nv()).sum();
@@ -144,6 +146,7 @@ fn check_joints(body: &spec::Body, log: &mut Log) {
     }
 }
 
+#[inline(never)]
 fn add_joint<'a>(world: &mut World<'a>, joint: &'a spec::Joint, body: usize, compiler: &spec::Compiler, log: &mut Log) {
     // Free joints have neither anchor nor axis: they are the body's frame.
     let (pos, axis) = match joint.kind {
@@ -222,6 +225,7 @@ fn range(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log) -> Optio
     Some([radian(low), radian(high)])
 }
 
+#[inline(never)]
 fn add_geom<'a>(world: &mut World<'a>, geom: &'a spec::Geom, body: usize, compiler: &spec::Compiler, log: &mut Log) {
     if geom.kind == GeomKind::Plane && world.bodies[body].weld != 0 {
         let help = "a plane is the surface of a half-space: attach it to `worldbody`, or use a flat box here";

@@ -16,7 +16,12 @@ pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
         return;
     }
     scale_to_total(&mut world.bodies, spec.compiler.settotalmass);
-    for id in 1..world.bodies.len() {
+    // What moves with each body that has joints: whether any of it has mass and inertia.
+    let mut enough = vec![false; world.bodies.len()];
+    for body in world.bodies.iter().filter(|b| b.mass >= MIN_VAL && b.inertia.min() >= MIN_VAL) {
+        enough[body.weld] = true;
+    }
+    for id in (1..world.bodies.len()).filter(|&id| !enough[id]) {
         check_moving(world, id, log);
     }
     if !log.errors.is_empty() {
@@ -146,12 +151,10 @@ fn scale_to_total(bodies: &mut [Body], total: f64) {
     }
 }
 
-/// A body with joints must have mass and inertia, itself or in bodies welded to it.
+/// A body with joints must have mass and inertia, itself or in bodies welded to it: this one has neither.
 fn check_moving(world: &World, id: usize, log: &mut Log) {
     let body = &world.bodies[id];
-    let enough = |b: &Body| b.mass >= MIN_VAL && b.inertia.min() >= MIN_VAL;
-    let tree_end = body.tree.map_or(0, |t| world.trees[t].bodies.end);
-    if body.joints.is_empty() || (id..tree_end).any(|b| world.bodies[b].weld == id && enough(&world.bodies[b])) {
+    if body.joints.is_empty() {
         return;
     }
     let kind = if body.mass < MIN_VAL {

@@ -5,12 +5,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Log;
 use super::layout::World;
 use crate::collision::sweep::{may_touch, order};
-use crate::mjcf::{ProblemKind, Spec, spec};
+use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
 use crate::model::{ContactOverride, Geom, GeomKind, Mix, Pair, Pairs};
 
 /// Up to this many pairs among geoms other than planes are listed one by one (24 free spheres have 276);
 /// beyond, a broad phase looks for them in each step. From about 8 bodies on that is as fast.
 pub const MOST_LISTED: usize = 276;
+
+/// Pairs with planes are listed all, each with room for its contacts.
+const MOST_PAIRS: usize = 1_000_000;
+
+/// Many geoms have a table of what each two classes of contact parameters make together: 64 MB.
+const MOST_CLASSES: usize = 4096;
 
 /// Friction coefficients below this are raised to it (MuJoCo's `mjMINMU`).
 pub const MIN_MU: f64 = 1e-5;
@@ -25,16 +31,29 @@ pub fn find(world: &World, spec: &Spec, over: Option<ContactOverride>, log: &mut
     if !(on("contact") && on("constraint")) {
         return (Pairs::default(), Vec::new());
     }
-    let with_plane = |c: &[usize; 2]| c.iter().any(|&g| world.geoms[g].kind == GeomKind::Plane);
-    let mut candidates: Vec<[usize; 2]> = Vec::new();
-    let mut unlisted = 0;
-    each_possible(world, &given, &excluded, on("filterparent"), |geom| {
-        unlisted += usize::from(!with_plane(&geom));
-        if unlisted <= MOST_LISTED || with_plane(&geom) {
-            candidates.push(geom);
+    let replaced: BTreeSet<(usize, usize)> = given.iter().map(|e| sorted(e.geom)).collect();
+    let touch = |a: usize, b: usize| {
+        may_touch(&world.bodies, &world.geoms, a, b, on("filterparent"), &excluded)
+            && !replaced.contains(&sorted([a, b]))
+    };
+    let plane = |g: &usize| world.geoms[*g].kind == GeomKind::Plane;
+    let colliding = (0..world.geoms.len()).filter(|&g| collides(&world.geoms[g]));
+    let (planes, others): (Vec<usize>, Vec<usize>) = colliding.partition(plane);
+    let mut candidates = among(world, &others, touch);
+    let swept = candidates.len() > MOST_LISTED;
+    if swept {
+        candidates.clear();
+    }
+    for &plane in &planes {
+        candidates.extend(others.iter().filter(|&&g| touch(plane, g)).map(|&g| [plane.min(g), plane.max(g)]));
+        if candidates.len() > MOST_PAIRS {
+            let help =
+                "planes are endless: one is enough for a floor; or let fewer geoms touch (`contype`, `conaffinity`)";
+            log.error(world.geom_specs[plane].node, ProblemKind::TooManyPairs { limit: MOST_PAIRS }, help);
+            return (Pairs::default(), Vec::new());
         }
-    });
-    let swept = unlisted > MOST_LISTED;
+    }
+    candidates.sort_unstable();
 
     let mut pairs = Pairs { excluded, ..Pairs::default() };
     let mut mixes = Mixes::default();
@@ -46,12 +65,18 @@ pub fn find(world: &World, spec: &Spec, over: Option<ContactOverride>, log: &mut
     for e in given {
         list(e.geom, e.mix, true);
     }
-    for geom in candidates.into_iter().filter(|c| !swept || with_plane(c)) {
+    for geom in candidates {
         list(geom, mixed(&world.geoms[geom[0]], &world.geoms[geom[1]]), false);
     }
     pairs.listed.sort_by_key(|pair| order(&world.geoms, pair));
     if swept {
-        sweep(&world.geoms, &mut pairs, &mut mixes, over);
+        let examples = classes(&world.geoms, &mut pairs);
+        if let Some(&geom) = examples.get(MOST_CLASSES) {
+            let help = "give geoms that are alike the same `friction`, `solref`, `solimp`, `margin` …";
+            log.error(world.geom_specs[geom].node, ProblemKind::TooManyClasses { limit: MOST_CLASSES }, help);
+        } else {
+            tabulate(&world.geoms, &examples, &mut pairs, &mut mixes, over);
+        }
     }
     (pairs, mixes.list)
 }
@@ -77,15 +102,15 @@ fn excluded(world: &World, spec: &Spec, log: &mut Log) -> Vec<(usize, usize)> {
 }
 
 /// A `<contact><pair>` with its geoms found.
-struct Explicit<'a> {
+struct Explicit {
     geom: [usize; 2],
     mix: Mix,
-    spec: &'a spec::Pair,
 }
 
-fn explicit<'a>(world: &World, spec: &'a Spec, log: &mut Log) -> Vec<Explicit<'a>> {
+fn explicit(world: &World, spec: &Spec, log: &mut Log) -> Vec<Explicit> {
     let names = world.geom_names();
     let mut found: Vec<Explicit> = Vec::new();
+    let mut earlier: BTreeMap<(usize, usize), NodeId> = BTreeMap::new();
     for pair in &spec.pairs {
         let first = names.find(&pair.geom1, pair.node, "geom1", log);
         let second = names.find(&pair.geom2, pair.node, "geom2", log);
@@ -94,36 +119,55 @@ fn explicit<'a>(world: &World, spec: &'a Spec, log: &mut Log) -> Vec<Explicit<'a
         let weld = geom.map(|g| world.bodies[world.geoms[g].body].weld);
         if a == b {
             log.error(pair.node, ProblemKind::PairOfOne, "name two different geoms");
-        } else if let Some(earlier) = found.iter().find(|e| sorted(e.geom) == sorted(geom)) {
+        } else if let Some(&earlier) = earlier.get(&sorted(geom)) {
             let help = "MuJoCo would count every contact twice; keep one of the two";
             log.error(pair.node, ProblemKind::PairTwice, help);
-            log.related(earlier.spec.node, "first given here");
+            log.related(earlier, "first given here");
         } else if weld[0] == weld[1] {
             log.warning(pair.node, ProblemKind::PairAtRest, "remove the pair, or give one of the bodies a joint");
         } else {
-            found.push(Explicit { geom, mix: given(pair), spec: pair });
+            earlier.insert(sorted(geom), pair.node);
+            found.push(Explicit { geom, mix: given(pair) });
         }
     }
     found
 }
 
-/// Hands on all pairs that the filters let pass and that no `<pair>` replaces.
-fn each_possible(
-    world: &World,
-    given: &[Explicit],
-    excluded: &[(usize, usize)],
-    filterparent: bool,
-    mut found: impl FnMut([usize; 2]),
-) {
-    let replaced: BTreeSet<(usize, usize)> = given.iter().map(|e| sorted(e.geom)).collect();
-    let geoms: Vec<usize> = (0..world.geoms.len()).filter(|&g| collides(&world.geoms[g])).collect();
-    for (i, &a) in geoms.iter().enumerate() {
-        for &b in &geoms[i + 1..] {
-            if may_touch(&world.bodies, &world.geoms, a, b, filterparent, excluded) && !replaced.contains(&(a, b)) {
-                found([a, b]);
+/// Pairs of these geoms that the filters let pass, until there are more than [`MOST_LISTED`].
+///
+/// Geoms of one rigid body with one contype and conaffinity are one group: two of a group never touch, and two groups
+/// whose masks do not match are passed over whole. Other pairs that do not touch are few: they were named one by one
+/// in the file, or are of a body and its parent.
+fn among(world: &World, geoms: &[usize], touch: impl Fn(usize, usize) -> bool) -> Vec<[usize; 2]> {
+    let mut kinds: BTreeMap<(u32, u32), BTreeMap<usize, Vec<usize>>> = BTreeMap::new();
+    for &g in geoms {
+        let geom = &world.geoms[g];
+        let bodies = kinds.entry((geom.contype, geom.conaffinity)).or_default();
+        bodies.entry(world.bodies[geom.body].weld).or_default().push(g);
+    }
+    let kinds: Vec<_> = kinds.into_iter().collect();
+    let mut found = Vec::new();
+    for (i, ((type1, affinity1), bodies1)) in kinds.iter().enumerate() {
+        for ((type2, affinity2), bodies2) in &kinds[i..] {
+            if type1 & affinity2 == 0 && type2 & affinity1 == 0 {
+                continue;
+            }
+            let same = std::ptr::eq(bodies1, bodies2);
+            for (body1, first) in bodies1 {
+                for (_, second) in bodies2.iter().filter(|(body2, _)| *body2 != body1 && (!same || *body2 > body1)) {
+                    for (&a, &b) in first.iter().flat_map(|a| second.iter().map(move |b| (a, b))) {
+                        if touch(a, b) {
+                            found.push([a.min(b), a.max(b)]);
+                            if found.len() > MOST_LISTED {
+                                return found;
+                            }
+                        }
+                    }
+                }
             }
         }
     }
+    found
 }
 
 fn collides(geom: &Geom) -> bool {
@@ -216,7 +260,8 @@ fn bits(mix: &Mix) -> [u64; 17] {
 }
 
 /// Many geoms: those that collide with others than planes, and a table of mixes by class of parameters.
-fn sweep(geoms: &[Geom], pairs: &mut Pairs, mixes: &mut Mixes, over: Option<ContactOverride>) {
+/// Many geoms: those that collide with others than planes, and their classes of parameters. Gives a geom of each class.
+fn classes(geoms: &[Geom], pairs: &mut Pairs) -> Vec<usize> {
     let swept = |g: &usize| geoms[*g].kind != GeomKind::Plane && collides(&geoms[*g]);
     pairs.swept = (0..geoms.len()).filter(swept).collect();
     let mut classes: BTreeMap<Vec<u64>, (u32, usize)> = BTreeMap::new();
@@ -229,8 +274,13 @@ fn sweep(geoms: &[Geom], pairs: &mut Pairs, mixes: &mut Mixes, over: Option<Cont
     for (class, geom) in classes.into_values() {
         examples[class as usize] = geom;
     }
-    for &a in &examples {
-        for &b in &examples {
+    examples
+}
+
+/// The mixes of each two classes.
+fn tabulate(geoms: &[Geom], examples: &[usize], pairs: &mut Pairs, mixes: &mut Mixes, over: Option<ContactOverride>) {
+    for &a in examples {
+        for &b in examples {
             let mix = overridden(mixed(&geoms[a], &geoms[b]), over);
             pairs.mix_table.push(mixes.index(mix) as u32);
         }
@@ -251,7 +301,8 @@ pub fn remix(geoms: &[Geom], over: Option<ContactOverride>, pairs: &mut Pairs, o
     }
     if !pairs.swept.is_empty() {
         pairs.mix_table.clear();
-        sweep(geoms, pairs, &mut mixes, over);
+        let examples = classes(geoms, pairs);
+        tabulate(geoms, &examples, pairs, &mut mixes, over);
     }
     mixes.list
 }

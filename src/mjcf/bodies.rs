@@ -1,5 +1,7 @@
 //! The tree of bodies: frames unfolded, joints and geoms with their classes' values.
 
+use std::sync::Arc;
+
 use super::defaults::{MAIN, ORIENTATIONS, Values};
 use super::document::NodeId;
 use super::error::{Problem, ProblemKind};
@@ -14,13 +16,19 @@ pub struct Context<'a> {
     /// The class of elements that name none.
     pub class: &'a str,
     /// The `<frame>`s between the body and the element, outermost first.
-    pub frames: &'a [Pose],
+    pub frames: &'a Arc<[Pose]>,
     /// 0 in the world.
     pub depth: usize,
 }
 
+/// For what stands in no `<frame>`.
+pub fn no_frames() -> Arc<[Pose]> {
+    Arc::new([])
+}
+
 impl Reader<'_> {
-    /// What stands in a body or in one of its frames.
+    /// What stands in a body or in one of its frames. It calls itself for every level, so its own frame on the stack is to
+    /// be small: what does not is not made part of it.
     pub fn children(&mut self, node: NodeId, body: &mut Body, context: &Context) {
         for &child in &self.document.node(node).children {
             match self.document.node(child).name.as_str() {
@@ -60,21 +68,23 @@ impl Reader<'_> {
             ..Body::default()
         };
         let class = Some(item.word("childclass")).filter(|c| !c.is_empty()).unwrap_or(context.class);
-        self.children(node, &mut body, &Context { class, frames: &[], depth: context.depth + 1 });
+        self.children(node, &mut body, &Context { class, frames: &no_frames(), depth: context.depth + 1 });
         Some(body)
     }
 
+    #[inline(never)]
     fn frame(&mut self, node: NodeId, body: &mut Body, context: &Context) {
         let Some(item) = self.item(node, "body", MAIN) else {
             return;
         };
         let mut frames = context.frames.to_vec();
-        frames.push(item.pose(&[]));
+        frames.push(item.pose(&no_frames()));
         let own = [item.word("childclass"), item.word("class")].into_iter().find(|c| !c.is_empty());
         let class = own.unwrap_or(context.class);
-        self.children(node, body, &Context { class, frames: &frames, depth: context.depth });
+        self.children(node, body, &Context { class, frames: &frames.into(), depth: context.depth });
     }
 
+    #[inline(never)]
     fn inertial(&mut self, node: NodeId, context: &Context) -> Option<Inertial> {
         let item = self.item(node, "body", MAIN)?;
         if item.given("fullinertia") {
@@ -90,10 +100,11 @@ impl Reader<'_> {
             mass: item.number("mass"),
             diaginertia: item.optional("diaginertia"),
             fullinertia: item.optional("fullinertia"),
-            frames: context.frames.to_vec(),
+            frames: context.frames.clone(),
         })
     }
 
+    #[inline(never)]
     fn joint(&mut self, node: NodeId, body: &mut Body, context: &Context) {
         let Some(item) = self.item(node, "body", context.class) else {
             return;
@@ -133,12 +144,13 @@ impl Reader<'_> {
             solimplimit: item.array("solimplimit"),
             solreffriction: item.array("solreffriction"),
             solimpfriction: item.array("solimpfriction"),
-            frames: context.frames.to_vec(),
+            frames: context.frames.clone(),
         };
         self.add_joint(joint, body, context);
     }
 
     /// A free joint takes nothing from the joints' default classes.
+    #[inline(never)]
     fn freejoint(&mut self, node: NodeId, body: &mut Body, context: &Context) {
         let (Some(item), Some(row)) = (self.item(node, "body", MAIN), schema::find("body", "joint")) else {
             return;
@@ -168,7 +180,7 @@ impl Reader<'_> {
             solimplimit: plain.array("solimplimit"),
             solreffriction: plain.array("solreffriction"),
             solimpfriction: plain.array("solimpfriction"),
-            frames: context.frames.to_vec(),
+            frames: context.frames.clone(),
         };
         self.add_joint(joint, body, context);
     }
@@ -192,6 +204,7 @@ impl Reader<'_> {
 
     // Geoms.
 
+    #[inline(never)]
     fn geom(&mut self, node: NodeId, body: NodeId, context: &Context) -> Option<Geom> {
         let item = self.item(node, "body", context.class)?;
         let kind = self.geom_kind(&item, body, context)?;

@@ -5,20 +5,30 @@ use std::collections::BTreeMap;
 use super::defaults::{MAIN, ORIENTATIONS};
 use super::document::{Attribute, Document, NodeId, Span};
 use super::error::{Problem, ProblemKind};
+use super::limits::Limits;
 use super::lints;
 use super::nearest::nearest;
+use super::parse::raise;
 use super::schema::{self, Element, Kind, Lint, Rule, Status};
 use super::suggestions;
 
 /// Finds whatever is wrong with the names and values of a document.
 ///
 /// `whole`: the XML was intact, so that what is missing from the document is missing from the file.
-pub fn check(document: &Document, whole: bool) -> Vec<Problem> {
+pub fn check(document: &Document, whole: bool, limits: &Limits) -> Vec<Problem> {
     let Some(root) = document.root() else {
         return Vec::new();
     };
-    let mut check = Check { document, whole, problems: Vec::new(), names: BTreeMap::new(), references: Vec::new() };
-    check.names.insert((CLASS, MAIN.to_string()), Span::default());
+    let mut check = Check {
+        document,
+        whole,
+        limits,
+        problems: Vec::new(),
+        names: BTreeMap::new(),
+        references: Vec::new(),
+        suggestions: SUGGESTIONS,
+    };
+    check.names.entry(CLASS).or_default().insert(MAIN, Span::default());
     let name = &document.node(root).name;
     if name != "mujoco" {
         let problem = Problem::new(ProblemKind::NotMjcf { found: name.clone() }, document.span(root));
@@ -40,15 +50,30 @@ struct Check<'a> {
     document: &'a Document,
     whole: bool,
     problems: Vec<Problem>,
-    /// What is defined: (what, name) and where.
-    names: BTreeMap<(&'static str, String), Span>,
+    limits: &'a Limits,
+    /// What is defined: of what, the name and where.
+    names: BTreeMap<&'static str, BTreeMap<&'a str, Span>>,
     /// What is referred to: (what, name, where).
-    references: Vec<(&'static str, String, Span)>,
+    references: Vec<(&'static str, &'a str, Span)>,
+    /// Names that may still be compared with misspelt ones.
+    suggestions: usize,
 }
 
-impl Check<'_> {
+/// More comparisons of names are not made: who misspells thousands of them does not read a suggestion for each.
+const SUGGESTIONS: usize = 300_000;
+
+impl<'a> Check<'a> {
     fn report(&mut self, kind: ProblemKind, span: Span) {
         self.problems.push(Problem::new(kind, span));
+    }
+
+    /// The nearest of some names, while suggestions are still looked for.
+    fn nearest<'n>(&mut self, name: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+        let left = self.suggestions;
+        let mut seen = 0;
+        let near = nearest(name, candidates.into_iter().take(left).inspect(|_| seen += 1));
+        self.suggestions -= seen;
+        near
     }
 
     /// `name` is the element's name as it should be spelt.
@@ -112,7 +137,7 @@ impl Check<'_> {
         }
         let element = self.document.node(node).name.clone();
         let span = self.document.span(node);
-        let near = nearest(&element, schema::children(parent));
+        let near = self.nearest(&element, schema::children(parent));
         let homes = schema::homes(&element);
         let parent = parent.to_string();
         self.problems.push(if near.is_none() && !homes.is_empty() {
@@ -125,11 +150,11 @@ impl Check<'_> {
         near.and_then(|near| schema::find(&parent, near).map(|row| (row, near)))
     }
 
-    fn attribute(&mut self, attribute: &Attribute, element: &str, row: &'static Element, in_default: bool) {
+    fn attribute(&mut self, attribute: &'a Attribute, element: &str, row: &'static Element, in_default: bool) {
         let (element, name) = (element.to_string(), attribute.name.clone());
         let Some(column) = row.attribute(&attribute.name) else {
             if !row.is_silent(&attribute.name) {
-                let near = nearest(&name, row.attribute_names());
+                let near = self.nearest(&name, row.attribute_names());
                 let of_joints = element == "freejoint"
                     && schema::find("body", "joint").is_some_and(|j| j.attribute(&name).is_some());
                 let kind = ProblemKind::UnknownAttribute { element, attribute: name };
@@ -148,8 +173,8 @@ impl Check<'_> {
             Kind::Name(_) if attribute.value.is_empty() => {}
             Kind::Name(what) => self.define(what, &attribute.value, attribute.value_span),
             Kind::Reference(_) if matches!(column.status, Status::Unsupported(..)) => {}
-            Kind::Class => self.references.push((CLASS, attribute.value.clone(), attribute.value_span)),
-            Kind::Reference(what) => self.references.push((what, attribute.value.clone(), attribute.value_span)),
+            Kind::Class => self.references.push((CLASS, &attribute.value, attribute.value_span)),
+            Kind::Reference(what) => self.references.push((what, &attribute.value, attribute.value_span)),
             Kind::Text => {}
             Kind::Keyword(words) => self.keyword(attribute, words),
             Kind::Numbers(min, max) => self.numbers(attribute, column, min, max),
@@ -204,7 +229,7 @@ impl Check<'_> {
                     Problem::new(kind, class.value_span).help("put the class into a `<default>` inside this one"),
                 );
                 // Whoever uses the class is not to blame.
-                self.names.entry((CLASS, class.value.clone())).or_insert(class.value_span);
+                self.names.entry(CLASS).or_default().entry(&class.value).or_insert(class.value_span);
             }
             (Some(_), "mujoco") | (None, "mujoco") => {}
             (Some(class), _) if class.value == MAIN => {
@@ -226,21 +251,28 @@ impl Check<'_> {
             let row = schema::SCHEMA.iter().find(|row| row.is(&document.node(child).name));
             let what = row.and_then(|row| row.attribute("name")).map(|column| column.kind);
             if let (Some(Kind::Name(what)), Some(name)) = (what, document.attribute(child, "name")) {
-                self.names.entry((what, name.value.clone())).or_insert(name.value_span);
+                self.names.entry(what).or_default().entry(&name.value).or_insert(name.value_span);
             }
             self.names_inside(child);
         }
     }
 
-    fn define(&mut self, what: &'static str, name: &str, span: Span) {
+    fn define(&mut self, what: &'static str, name: &'a str, span: Span) {
+        let count: usize = self.names.values().map(BTreeMap::len).sum();
+        let first = self.names.entry(what).or_default().get(name).copied();
         if what == "body" && name == "world" {
             let kind = ProblemKind::DuplicateName { what: what.into(), name: name.into() };
             self.problems.push(Problem::new(kind, span).help("`world` is the name of `worldbody`"));
-        } else if let Some(&first) = self.names.get(&(what, name.to_string())) {
+        } else if let Some(first) = first {
             let kind = ProblemKind::DuplicateName { what: what.into(), name: name.into() };
             self.problems.push(Problem::new(kind, span).related(first, "first named here"));
         } else {
-            self.names.insert((what, name.to_string()), span);
+            if count == self.limits.names {
+                let limit = self.limits.names;
+                let problem = Problem::new(ProblemKind::OverLimit { what: "names", limit }, span);
+                self.problems.push(problem.help(raise("names", limit)));
+            }
+            self.names.entry(what).or_default().insert(name, span);
         }
     }
 
@@ -254,9 +286,9 @@ impl Check<'_> {
         };
         if self.document.attribute(node, "name").is_none()
             && let Some(file) = self.document.attribute(node, "file")
-            && let Some(stem) = std::path::Path::new(&file.value).file_stem()
+            && let Some(stem) = std::path::Path::new(&file.value).file_stem().and_then(|stem| stem.to_str())
         {
-            self.names.entry((what, stem.to_string_lossy().into_owned())).or_insert(file.value_span);
+            self.names.entry(what).or_default().entry(stem).or_insert(file.value_span);
         }
     }
 
@@ -271,19 +303,22 @@ impl Check<'_> {
 
     fn all_references(&mut self) {
         for (what, name, span) in std::mem::take(&mut self.references) {
-            if (what == "body" && name == "world") || self.names.contains_key(&(what, name.clone())) {
+            let defined = self.names.entry(what).or_default();
+            if (what == "body" && name == "world") || defined.contains_key(name) {
                 continue;
             }
-            let known = || self.names.keys().filter(|(w, _)| *w == what).map(|(_, n)| n.as_str());
-            let help = match nearest(&name, known()) {
+            let count = defined.len();
+            let known: Vec<&str> = defined.keys().copied().take(self.suggestions.max(6)).collect();
+            let help = match self.nearest(name, known.iter().copied()) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if what == "material" => format!("add `<material name=\"{name}\"/>` to `<asset>`"),
-                None => match known().count() {
+                None => match count {
                     0 => format!("no {what} has a name here"),
-                    1..=5 => format!("there is {}", or(known().map(|n| format!("`{n}`")))),
+                    1..=5 => format!("there is {}", or(known.iter().map(|n| format!("`{n}`")))),
                     _ => String::new(),
                 },
             };
+            let name = name.to_string();
             let kind = match what {
                 CLASS => ProblemKind::UnknownClass { name },
                 _ => ProblemKind::UnknownReference { what: what.into(), name },
@@ -299,7 +334,8 @@ impl Check<'_> {
         }
         let kind = ProblemKind::UnknownKeyword { attribute: attribute.name.clone(), value: attribute.value.clone() };
         let problem = Problem::new(kind, attribute.value_span);
-        self.problems.push(match nearest(&attribute.value, words.iter().copied()) {
+        let near = self.nearest(&attribute.value, words.iter().copied());
+        self.problems.push(match near {
             Some(near) => problem.suggest(Some(near)),
             None => problem.help(format!("it can be {}", or(words.iter().map(|w| format!("`{w}`"))))),
         });

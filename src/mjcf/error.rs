@@ -57,8 +57,14 @@ pub enum ProblemKind {
     IsFolder { file: String },
     #[error("`{file}` is not text in UTF-8: byte 0x{byte:02X} in line {line}, column {column}")]
     NotUtf8 { file: String, byte: u8, line: usize, column: usize },
-    #[error("`{file}` is larger than 1 GiB")]
-    TooLarge { file: String },
+    #[error("`{file}` is not a regular file")]
+    NotAFile { file: String },
+    #[error("`{file}` lies outside the scene's folder")]
+    Outside { file: String },
+    #[error("the scene has more than {limit} {what}, includes counted in")]
+    OverLimit { what: &'static str, limit: usize },
+    #[error("a byte 0, which no text has")]
+    NulByte,
     #[error("`{file}` has no element `<mujoco>`")]
     EmptyFile { file: String },
 
@@ -73,12 +79,14 @@ pub enum ProblemKind {
     TextOutside,
     #[error("a second outermost element `{element}`")]
     SecondRoot { element: String },
-    #[error("elements are nested more than {limit} deep")]
+    #[error("elements are nested more than {limit} deep, includes counted in")]
     TooDeep { limit: usize },
     #[error("attribute `{attribute}` is given twice")]
     DuplicateAttribute { attribute: String },
     #[error("{what}")]
     BadEntity { what: String },
+    #[error("the character U+{code:04X} gives commands to a terminal: it counts as text here, `{shown}`")]
+    ControlCharacter { code: u32, shown: String },
     #[error("text between elements has no meaning in MJCF{}", elsewhere(*more))]
     StrayText { more: usize },
     #[error("this is not an MJCF file: its outermost element is `{found}`, not `mujoco`")]
@@ -209,6 +217,10 @@ pub enum ProblemKind {
     PairOfOne,
     #[error("these two geoms are a `<pair>` already")]
     PairTwice,
+    #[error("more than {limit} pairs of a plane and another geom could touch")]
+    TooManyPairs { limit: usize },
+    #[error("the geoms of this scene have more than {limit} different sets of contact parameters")]
+    TooManyClasses { limit: usize },
     #[error("this pair does nothing: its geoms never move against one another")]
     PairAtRest,
     #[error("`{attribute}` of this scene has {needs}, but {given} given")]
@@ -231,7 +243,10 @@ impl ProblemKind {
             CannotRead { .. } => "cannot-read",
             IsFolder { .. } => "is-folder",
             NotUtf8 { .. } => "not-utf8",
-            TooLarge { .. } => "too-large",
+            NotAFile { .. } => "not-a-file",
+            Outside { .. } => "outside",
+            OverLimit { .. } => "over-limit",
+            NulByte => "nul-byte",
             EmptyFile { .. } => "empty-file",
             BrokenXml { .. } => "broken-xml",
             UnclosedElement { .. } => "unclosed-element",
@@ -241,6 +256,7 @@ impl ProblemKind {
             TooDeep { .. } => "too-deep",
             DuplicateAttribute { .. } => "duplicate-attribute",
             BadEntity { .. } => "bad-entity",
+            ControlCharacter { .. } => "control-character",
             StrayText { .. } => "stray-text",
             NotMjcf { .. } => "not-mjcf",
             IncludeCycle { .. } => "include-cycle",
@@ -300,6 +316,8 @@ impl ProblemKind {
             InertiaNotPositive { .. } => "inertia-not-positive",
             PairOfOne => "pair-of-one",
             PairTwice => "pair-twice",
+            TooManyPairs { .. } => "too-many-pairs",
+            TooManyClasses { .. } => "too-many-classes",
             PairAtRest => "pair-at-rest",
             KeyframeCount { .. } => "keyframe-count",
             NotOneCoefficient { .. } => "not-one-coefficient",
@@ -313,6 +331,7 @@ impl ProblemKind {
         use ProblemKind::*;
         match self {
             StrayText { .. }
+            | ControlCharacter { .. }
             | Ignored { .. }
             | OrientationLost
             | RangeLost

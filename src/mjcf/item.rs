@@ -1,5 +1,7 @@
 //! An element with its values, typed on demand.
 
+use std::sync::Arc;
+
 use super::check::floats;
 use super::defaults::{ORIENTATIONS, Value, Values};
 use super::document::NodeId;
@@ -88,7 +90,7 @@ impl Item {
         }
     }
 
-    pub fn pose(&self, frames: &[Pose]) -> Pose {
-        Pose { pos: self.array("pos"), orientation: self.orientation(), frames: frames.to_vec() }
+    pub fn pose(&self, frames: &Arc<[Pose]>) -> Pose {
+        Pose { pos: self.array("pos"), orientation: self.orientation(), frames: frames.clone() }
     }
 }

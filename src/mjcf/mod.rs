@@ -12,9 +12,11 @@ mod defaults;
 pub mod document;
 pub mod error;
 mod item;
+mod limits;
 mod lints;
 mod nearest;
 mod parse;
+mod printable;
 mod read;
 mod render;
 pub mod schema;
@@ -27,7 +29,9 @@ use std::path::Path;
 
 pub use document::{Document, NodeId, Span};
 pub use error::{Problem, ProblemKind, Severity};
+pub use limits::Limits;
 pub use nearest::nearest;
+pub use printable::{one_line, printable};
 pub use read::PENNY_TRUTHS;
 pub use render::render;
 pub use spec::Spec;
@@ -60,18 +64,24 @@ impl std::error::Error for Failure {}
 ///
 /// Errors: everything that is wrong with it, each problem with its place.
 pub fn load(path: &Path) -> Result<Loaded, Failure> {
-    finish(parse::load(path))
+    load_within(path, &Limits::default())
+}
+
+/// The same within limits of one's own.
+pub fn load_within(path: &Path, limits: &Limits) -> Result<Loaded, Failure> {
+    finish(parse::load(path, limits), limits)
 }
 
 /// Reads text as if it were the file `name`; included files are looked for beside it.
 pub fn parse(name: &str, text: &str) -> Result<Loaded, Failure> {
-    finish(parse::parse(name, text))
+    let limits = Limits::default();
+    finish(parse::parse(name, text, &limits), &limits)
 }
 
-fn finish((document, mut problems): (Document, Vec<Problem>)) -> Result<Loaded, Failure> {
+fn finish((document, mut problems): (Document, Vec<Problem>), limits: &Limits) -> Result<Loaded, Failure> {
     let failed = |problems: &[Problem]| problems.iter().any(|p| p.severity() == Severity::Error);
     let whole = !failed(&problems);
-    problems.extend(check::check(&document, whole));
+    problems.extend(check::check(&document, whole, limits));
     let spec = document.root().filter(|_| whole).map(|root| read::read(&document, root, &mut problems));
     match spec {
         Some(spec) if !failed(&problems) => Ok(Loaded { document, spec, warnings: problems }),

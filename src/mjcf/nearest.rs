@@ -9,6 +9,8 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let limit = len.max(3) / 3;
     candidates
         .into_iter()
+        // A difference in length is that many edits at least.
+        .filter(|candidate| candidate.len() < 4 * 40 && candidate.chars().count().abs_diff(len) <= limit)
         .map(|candidate| (distance(name, candidate), candidate))
         .filter(|(edits, _)| *edits <= limit)
         .min_by_key(|(edits, _)| *edits)

@@ -1,8 +1,9 @@
 //! XML text to [`Document`]: quick-xml's events, made into a tree that keeps every place; includes spliced in.
 
-use std::collections::BTreeSet;
-use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{ErrorKind, Read};
+use std::path::{Component, Path, PathBuf};
 
 use quick_xml::Reader;
 use quick_xml::escape::{EscapeError, unescape};
@@ -11,22 +12,20 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::document::{Attribute, Document, Node, NodeId, Span};
 use super::error::{Problem, ProblemKind};
+use super::limits::Limits;
 use super::nearest::nearest;
+use super::printable::{is_command, one_line};
 use super::source::Source;
 
-/// Deeper nesting is no scene, and would only exhaust the stack of whoever walks the tree.
-const MAX_DEPTH: usize = 200;
-/// Places are 32-bit.
-const MAX_BYTES: u64 = 1 << 30;
-
 /// Reads a file and what it includes.
-pub fn load(path: &Path) -> (Document, Vec<Problem>) {
+pub fn load(path: &Path, limits: &Limits) -> (Document, Vec<Problem>) {
     let name = path.display().to_string();
-    match read_text(path, &name) {
-        Ok(text) => parse(&name, &text),
+    match read_text(path, &name, limits.bytes, limits) {
+        Ok(text) => parse_file(path, text, limits),
         Err(unread) => {
             let end = unread.valid.len();
-            let document = Document { files: vec![Source { name, text: unread.valid }], nodes: Vec::new() };
+            let source = Source { name, path: path.to_path_buf(), text: unread.valid };
+            let document = Document { files: vec![source], nodes: Vec::new() };
             let problem = Problem::new(unread.kind, Span::new(0, end, end));
             let near = || Some(path.with_file_name(similar_file(path)?).display().to_string());
             let problem = match unread.help {
@@ -39,19 +38,34 @@ pub fn load(path: &Path) -> (Document, Vec<Problem>) {
 }
 
 /// Reads text as if it were the file `name`; includes are looked for beside it.
-pub fn parse(name: &str, text: &str) -> (Document, Vec<Problem>) {
+pub fn parse(name: &str, text: &str, limits: &Limits) -> (Document, Vec<Problem>) {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    parse_file(Path::new(name), text.to_string(), limits)
+}
+
+fn parse_file(path: &Path, text: String, limits: &Limits) -> (Document, Vec<Problem>) {
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let mut parser = Parser {
         document: Document::default(),
         problems: Vec::new(),
-        folder: Path::new(name).parent().unwrap_or(Path::new("")).to_path_buf(),
-        open: vec![canonical(Path::new(name))],
-        seen: BTreeSet::from([canonical(Path::new(name))]),
+        limits,
+        root: canonical(if folder.as_os_str().is_empty() { Path::new(".") } else { &folder }),
+        folder,
+        open: vec![canonical(path)],
+        seen: BTreeSet::from([canonical(path)]),
         last_stray: Span::default(),
+        left: limits.bytes,
+        full: false,
     };
-    parser.file(Source { name: name.to_string(), text: text.to_string() }, None);
+    let name = path.display().to_string();
+    if text.len() > parser.left {
+        parser.exceeds("bytes", limits.bytes, Span::default());
+        parser.document.files.push(Source { name, path: path.to_path_buf(), text: String::new() });
+        return (parser.document, parser.problems);
+    }
+    parser.file(Source { name: name.clone(), path: path.to_path_buf(), text }, None, 0);
     if parser.document.nodes.is_empty() && parser.problems.is_empty() {
-        parser.report(ProblemKind::EmptyFile { file: name.to_string() }, Span::default());
+        parser.report(ProblemKind::EmptyFile { file: name }, Span::default());
     }
     (parser.document, parser.problems)
 }
@@ -59,7 +73,7 @@ pub fn parse(name: &str, text: &str) -> (Document, Vec<Problem>) {
 /// Why a file has no text.
 struct Unread {
     kind: ProblemKind,
-    help: Option<&'static str>,
+    help: Option<String>,
     /// The part that could be read.
     valid: String,
 }
@@ -70,73 +84,103 @@ impl From<ProblemKind> for Unread {
     }
 }
 
-/// The file's text, or what is wrong with it.
-fn read_text(path: &Path, name: &str) -> Result<String, Unread> {
-    let file = name.to_string();
-    if path.is_dir() {
-        return Err(ProblemKind::IsFolder { file }.into());
+impl Unread {
+    fn help(self, help: impl Into<String>) -> Unread {
+        Unread { help: Some(help.into()), ..self }
     }
-    let mut bytes = Vec::new();
-    let read = std::fs::File::open(path).and_then(|f| f.take(MAX_BYTES + 1).read_to_end(&mut bytes));
-    if let Err(error) = read {
+}
+
+/// The file's text, or what is wrong with it. `left`: of all `limits.bytes`, so many.
+fn read_text(path: &Path, name: &str, left: usize, limits: &Limits) -> Result<String, Unread> {
+    let file = name.to_string();
+    let cannot = |error: std::io::Error| {
         let why = match error.kind() {
-            std::io::ErrorKind::NotFound => "there is no such file".to_string(),
-            std::io::ErrorKind::PermissionDenied => "permission denied".to_string(),
+            ErrorKind::NotFound => "there is no such file".to_string(),
+            ErrorKind::PermissionDenied => "permission denied".to_string(),
             _ => error.to_string(),
         };
-        return Err(ProblemKind::CannotRead { file, why }.into());
+        Unread::from(ProblemKind::CannotRead { file: name.to_string(), why })
+    };
+    // Before it is opened: to open a pipe is to wait for whoever writes.
+    let about = std::fs::metadata(path).map_err(cannot)?;
+    if about.is_dir() {
+        return Err(ProblemKind::IsFolder { file }.into());
     }
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(ProblemKind::TooLarge { file }.into());
+    if !about.is_file() {
+        let unread = Unread::from(ProblemKind::NotAFile { file });
+        return Err(unread.help("a pipe, a device or a socket is never read: save the scene to a file"));
+    }
+    let mut bytes = Vec::new();
+    if about.len() <= left as u64 {
+        // It may grow meanwhile.
+        let open = std::fs::File::open(path);
+        open.and_then(|f| f.take(left as u64 + 1).read_to_end(&mut bytes)).map_err(cannot)?;
+    }
+    if about.len().max(bytes.len() as u64) > left as u64 {
+        let help = raise("bytes", limits.bytes);
+        return Err(Unread::from(ProblemKind::OverLimit { what: "bytes", limit: limits.bytes }).help(help));
     }
     let text =
         String::from_utf8(bytes).map_err(|error| not_utf8(file, error.as_bytes(), error.utf8_error().valid_up_to()))?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
 }
 
+/// How to read a scene that exceeds a limit.
+pub fn raise(limit: &str, value: usize) -> String {
+    format!("if the scene is meant so and you trust it: `--limit {limit}={}`", value.saturating_mul(2))
+}
+
 /// `valid`: so many bytes are text.
 fn not_utf8(file: String, bytes: &[u8], valid: usize) -> Unread {
-    let text = Source { name: file, text: String::from_utf8_lossy(&bytes[..valid]).into_owned() };
+    let text = Source { name: file, path: PathBuf::new(), text: String::from_utf8_lossy(&bytes[..valid]).into_owned() };
     let (line, column) = text.line_column(valid);
     let kind = ProblemKind::NotUtf8 { file: text.name, byte: bytes[valid], line, column };
     // UTF-16 begins with a mark. Apart from it no text has bytes 0, and what has some shows no lines worth reading.
     if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-        return Unread { help: Some("it is text in UTF-16: save it as UTF-8"), ..kind.into() };
+        return Unread::from(kind).help("it is text in UTF-16: save it as UTF-8");
     }
     if bytes.contains(&0) {
-        return Unread {
-            help: Some("it is no text at all: a scene is an XML file that begins with `<mujoco>`"),
-            ..kind.into()
-        };
+        let help = "it is no text at all: a scene is an XML file that begins with `<mujoco>`";
+        return Unread::from(kind).help(help);
     }
-    Unread { kind, help: Some("save it as UTF-8"), valid: text.text }
+    Unread { valid: text.text, ..Unread::from(kind).help("save it as UTF-8") }
 }
 
 /// A file beside the missing one with nearly its name.
 fn similar_file(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy().into_owned();
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut files: Vec<String> =
-        folder.read_dir().ok()?.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    let entries = folder.read_dir().ok()?.flatten().take(MOST_ENTRIES);
+    let mut files: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
     files.sort();
     let near = nearest(&name, files.iter().filter(|f| **f != name).map(String::as_str))?;
     Some(near.to_string())
 }
 
+/// Of a folder with more, a name is not worth looking for.
+const MOST_ENTRIES: usize = 10_000;
+
 fn canonical(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
-struct Parser {
+struct Parser<'a> {
     document: Document,
     problems: Vec<Problem>,
-    /// Where included files are looked for: the main file's folder.
+    limits: &'a Limits,
+    /// The main file's folder, without links and detours.
+    root: PathBuf,
+    /// The same as it was written: included files are looked for there first.
     folder: PathBuf,
     /// The files being read, main file first.
     open: Vec<PathBuf>,
     seen: BTreeSet<PathBuf>,
     /// The text between elements that came last.
     last_stray: Span,
+    /// Bytes that may still be read.
+    left: usize,
+    /// A limit is exceeded: nothing more is read.
+    full: bool,
 }
 
 /// An element whose end tag has not come yet.
@@ -155,6 +199,10 @@ struct File<'a> {
     /// Where the children of the outermost element go if this is an included file.
     into: Option<NodeId>,
     roots: usize,
+    /// Levels of elements around this file.
+    outer: usize,
+    /// The warning about text between elements, if there is one.
+    stray: Option<usize>,
 }
 
 impl File<'_> {
@@ -170,21 +218,40 @@ impl File<'_> {
     }
 }
 
-impl Parser {
+impl Parser<'_> {
     fn report(&mut self, kind: ProblemKind, span: Span) {
         self.problems.push(Problem::new(kind, span));
     }
 
-    fn file(&mut self, source: Source, into: Option<NodeId>) {
-        let number = self.document.files.len() as u32;
-        let text = source.text.clone();
+    /// Something of which a scene may not have so much.
+    fn exceeds(&mut self, what: &'static str, limit: usize, span: Span) {
+        let problem = Problem::new(ProblemKind::OverLimit { what, limit }, span);
+        self.problems.push(problem.help(raise(what, limit)));
+        self.full = true;
+    }
+
+    /// Reads a file. `outer`: levels of elements around it.
+    fn file(&mut self, mut source: Source, into: Option<NodeId>, outer: usize) {
+        let number = self.document.files.len();
+        let text = std::mem::take(&mut source.text);
+        self.left -= text.len();
         self.document.files.push(source);
-        let mut file = File { number, text: &text, stack: Vec::new(), into, roots: 0 };
-        let mut reader = Reader::from_str(&text);
+        let file = File { number: number as u32, text: &text, stack: Vec::new(), into, roots: 0, outer, stray: None };
+        self.elements(file);
+        self.document.files[number].text = text;
+    }
+
+    fn elements(&mut self, mut file: File) {
+        let (number, text) = (file.number, file.text);
+        if let Some(at) = text.find('\0') {
+            let problem = Problem::new(ProblemKind::NulByte, Span::new(number, at, at + 1));
+            return self.problems.push(problem.help("it is no text: write the file anew, or remove the byte"));
+        }
+        let mut reader = Reader::from_str(text);
         // End tags are matched here, where both places are known.
         reader.config_mut().check_end_names = false;
         reader.config_mut().allow_unmatched_ends = true;
-        loop {
+        while !self.full {
             let start = reader.buffer_position() as usize;
             let event = reader.read_event();
             let span = Span::new(number, start, reader.buffer_position() as usize);
@@ -194,8 +261,8 @@ impl Parser {
                 Ok(Event::Start(tag)) => self.start(&mut file, &tag, true),
                 Ok(Event::Empty(tag)) => self.start(&mut file, &tag, false),
                 Ok(Event::End(tag)) => self.end(&mut file, tag.name().as_ref(), span),
-                Ok(Event::Text(part)) => self.text(&file, &part, start),
-                Ok(Event::CData(_) | Event::GeneralRef(_)) => self.stray(&file, span),
+                Ok(Event::Text(part)) => self.text(&mut file, &part, start),
+                Ok(Event::CData(_) | Event::GeneralRef(_)) => self.stray(&mut file, span),
                 Ok(Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_)) => {}
                 Err(error) => {
                     let at = (reader.error_position() as usize).min(text.len());
@@ -205,7 +272,7 @@ impl Parser {
                 }
             }
         }
-        if let Some(open) = file.stack.last() {
+        if let Some(open) = file.stack.last().filter(|_| !self.full) {
             let eof = Span::new(number, text.trim_end().len(), text.trim_end().len());
             self.problems.push(
                 Problem::new(ProblemKind::UnclosedElement { element: open.name.clone() }, open.span)
@@ -260,8 +327,11 @@ impl Parser {
                 self.report(ProblemKind::SecondRoot { element: name.to_string() }, span);
             }
         }
-        if file.stack.len() == MAX_DEPTH {
-            self.report(ProblemKind::TooDeep { limit: MAX_DEPTH }, span);
+        let limit = self.limits.depth;
+        if file.outer + file.stack.len() >= limit {
+            let problem = Problem::new(ProblemKind::TooDeep { limit }, span).help(raise("depth", limit));
+            self.problems.push(problem);
+            return self.full = true;
         }
         let attributes = self.attributes(file, tag);
         let parent = file.stack.last().map(|open| open.node).or(file.into);
@@ -270,12 +340,14 @@ impl Parser {
             _ if name == "include" && parent.is_some() => {
                 let include = Node { name: name.to_string(), span, attributes, children: Vec::new() };
                 let parent = parent.unwrap_or_default();
-                self.include(&include, parent);
+                self.include(&include, parent, file);
                 parent
             }
-            // A second root or what is nested too deeply was reported; its children hang where they do no harm.
+            // A second root was reported; its children hang where they do no harm.
             (true, None) if file.roots > 1 => NodeId(0),
-            _ if file.stack.len() >= MAX_DEPTH => parent.unwrap_or_default(),
+            _ if self.document.nodes.len() >= self.limits.elements => {
+                return self.exceeds("elements", self.limits.elements, span);
+            }
             _ => self.push(Node { name: name.to_string(), span, attributes, children: Vec::new() }, parent),
         };
         if has_content {
@@ -296,12 +368,21 @@ impl Parser {
         let content: &str = tag;
         let base = file.span(content).start as usize;
         let mut out: Vec<Attribute> = Vec::new();
-        for attribute in tag.attributes() {
+        let mut by_name: BTreeMap<&str, usize> = BTreeMap::new();
+        // Whether one is given twice is looked at here, in a time that grows with their number only.
+        for attribute in tag.attributes().with_checks(false) {
             match attribute {
                 Ok(attribute) => {
                     // quick-xml lends slices of the tag, so their place is a difference of addresses.
                     let key: &str = attribute.key.as_ref();
                     let key_at = base + key.as_ptr() as usize - content.as_ptr() as usize;
+                    let key = &content[key_at - base..key_at - base + key.len()];
+                    if let Some(first) = earlier(&out, &mut by_name, key) {
+                        let name_span = Span::new(file.number, key_at, key_at + key.len());
+                        let kind = ProblemKind::DuplicateAttribute { attribute: key.to_string() };
+                        self.problems.push(Problem::new(kind, name_span).related(first, "first given here"));
+                        continue;
+                    }
                     let raw: &str = &attribute.value;
                     let raw_at = base + raw.as_ptr() as usize - content.as_ptr() as usize;
                     // Of an empty value one sees the quotes.
@@ -312,7 +393,7 @@ impl Parser {
                     out.push(Attribute {
                         name: key.to_string(),
                         name_span: Span::new(file.number, key_at, key_at + key.len()),
-                        value: self.unescape(raw, value_span),
+                        value: self.value(raw, value_span),
                         value_span,
                     });
                 }
@@ -320,6 +401,22 @@ impl Parser {
             }
         }
         out
+    }
+
+    /// The value of an attribute as XML has it: entities replaced, and blanks where it breaks a line. What would
+    /// give commands to a terminal is written out.
+    fn value(&mut self, raw: &str, span: Span) -> String {
+        let value = self.unescape(raw, span);
+        match one_line(&value) {
+            Cow::Borrowed(_) => value,
+            Cow::Owned(shown) => {
+                if let Some(c) = value.chars().find(|&c| is_command(c) && c != '\r') {
+                    let kind = ProblemKind::ControlCharacter { code: c as u32, shown: shown.clone() };
+                    self.report(kind, span);
+                }
+                shown
+            }
+        }
     }
 
     fn unescape(&mut self, raw: &str, span: Span) -> String {
@@ -353,10 +450,6 @@ impl Parser {
             let start = position.min(content.len());
             Span::new(file.number, base + start, base + (start + len).min(content.len()))
         };
-        let name_at = |position: usize| {
-            let rest = content.get(position..).unwrap_or("");
-            rest.find(|c: char| c == '=' || c.is_whitespace()).unwrap_or(rest.len())
-        };
         let (what, span) = match *error {
             AttrError::ExpectedEq(position) => {
                 ("an attribute needs `=` and a value in quotes".to_string(), at(position, 1))
@@ -370,15 +463,7 @@ impl Parser {
             AttrError::ExpectedQuote(position, quote) => {
                 (format!("the value of an attribute is not closed by {}", quote as char), at(position, 1))
             }
-            AttrError::Duplicated(position, first) => {
-                let len = name_at(position);
-                let attribute = content.get(position..position + len).unwrap_or("").to_string();
-                self.problems.push(
-                    Problem::new(ProblemKind::DuplicateAttribute { attribute }, at(position, len))
-                        .related(at(first, name_at(first)), "first given here"),
-                );
-                return;
-            }
+            AttrError::Duplicated(position, _) => ("this attribute is given twice".to_string(), at(position, 1)),
         };
         self.report(ProblemKind::BrokenXml { what }, span);
     }
@@ -406,7 +491,7 @@ impl Parser {
         file.stack.pop();
     }
 
-    fn text(&mut self, file: &File, part: &str, start: usize) {
+    fn text(&mut self, file: &mut File, part: &str, start: usize) {
         let trimmed = part.trim();
         if !trimmed.is_empty() {
             let from = start + part.len() - part.trim_start().len();
@@ -414,7 +499,7 @@ impl Parser {
         }
     }
 
-    fn stray(&mut self, file: &File, span: Span) {
+    fn stray(&mut self, file: &mut File, span: Span) {
         if file.stack.is_empty() {
             return self.report(ProblemKind::TextOutside, span);
         }
@@ -422,9 +507,11 @@ impl Parser {
         let last = std::mem::replace(&mut self.last_stray, span);
         let goes_on = last.file == span.file && last.end > 0 && file.blank(last.end, span.start);
         // One warning for a file is enough: pasted text has a bar or a bullet on every line.
-        let of_file = |p: &&mut Problem| p.span.file == file.number && matches!(p.kind, ProblemKind::StrayText { .. });
-        match self.problems.iter_mut().find(of_file) {
-            None => self.report(ProblemKind::StrayText { more: 0 }, span),
+        match file.stray.map(|i| &mut self.problems[i]) {
+            None => {
+                file.stray = Some(self.problems.len());
+                self.report(ProblemKind::StrayText { more: 0 }, span);
+            }
             Some(first) if goes_on && first.span.end == last.end => first.span.end = span.end,
             Some(Problem { kind: ProblemKind::StrayText { more }, .. }) if !goes_on => *more += 1,
             Some(_) => {}
@@ -432,7 +519,7 @@ impl Parser {
     }
 
     /// Reads another file and puts the children of its outermost element in the include's place.
-    fn include(&mut self, include: &Node, parent: NodeId) {
+    fn include(&mut self, include: &Node, parent: NodeId, from: &File) {
         let mut misspelt = false;
         for other in include.attributes.iter().filter(|a| a.name != "file") {
             let kind = ProblemKind::UnknownAttribute { element: "include".into(), attribute: other.name.clone() };
@@ -446,10 +533,13 @@ impl Parser {
             }
             return;
         };
-        let path = self.folder.join(&attribute.value);
-        let name = path.display().to_string();
         let file = attribute.value.clone();
         let place = attribute.value_span;
+        let Some(path) = self.find(&file, from) else {
+            let problem = Problem::new(ProblemKind::Outside { file }, place);
+            return self.problems.push(problem.help("if you trust the scene: `--allow-outside`"));
+        };
+        let name = path.display().to_string();
         let identity = canonical(&path);
         if self.open.contains(&identity) {
             return self.report(ProblemKind::IncludeCycle { file }, place);
@@ -457,8 +547,12 @@ impl Parser {
         if !self.seen.insert(identity.clone()) {
             return self.report(ProblemKind::IncludeTwice { file }, place);
         }
-        match read_text(&path, &name) {
+        if self.document.files.len() > self.limits.includes {
+            return self.exceeds("includes", self.limits.includes, place);
+        }
+        match read_text(&path, &name, self.left, self.limits) {
             Err(unread) => {
+                self.full |= matches!(unread.kind, ProblemKind::OverLimit { .. });
                 let near = || Some(Path::new(&file).with_file_name(similar_file(&path)?).display().to_string());
                 let problem = Problem::new(unread.kind, place);
                 self.problems.push(match unread.help {
@@ -469,12 +563,70 @@ impl Parser {
             Ok(text) => {
                 let before = (self.document.node(parent).children.len(), self.problems.len());
                 self.open.push(identity);
-                self.file(Source { name, text }, Some(parent));
+                self.file(Source { name, path, text }, Some(parent), from.outer + from.stack.len() + 1);
                 self.open.pop();
                 if before == (self.document.node(parent).children.len(), self.problems.len()) {
                     self.report(ProblemKind::IncludeEmpty { file }, place);
                 }
             }
+        }
+    }
+
+    /// The file that an include means: in the main file's folder, else in the including file's. Where there is none,
+    /// where it should be. `None`: outside the main file's folder, where nothing is looked at.
+    ///
+    /// Source: MuJoCo 4.0.0, by running it.
+    fn find(&self, file: &str, from: &File) -> Option<PathBuf> {
+        let including = self.document.files[from.number as usize].path.parent().unwrap_or(Path::new(""));
+        let candidates = [self.folder.join(file), including.join(file)];
+        let found = candidates.iter().find(|path| path.exists());
+        match found {
+            _ if self.limits.outside => found.or(candidates.first()),
+            Some(path) => Some(path).filter(|path| canonical(path).starts_with(&self.root)),
+            None => candidates.iter().find(|path| {
+                let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+                stays_inside(path, &self.folder) && inside(folder, &self.root)
+            }),
+        }
+        .cloned()
+    }
+}
+
+/// Whether a path, which begins with `folder`, leads out of it by its own words.
+fn stays_inside(path: &Path, folder: &Path) -> bool {
+    let Ok(rest) = path.strip_prefix(folder) else { return false };
+    let mut depth = 0i32;
+    rest.components().all(|part| {
+        depth += match part {
+            Component::Normal(_) => 1,
+            Component::CurDir => 0,
+            _ => -1,
+        };
+        depth >= 0
+    })
+}
+
+/// Whether a folder, or the nearest one above it that exists, lies in `root`.
+fn inside(folder: &Path, root: &Path) -> bool {
+    let nearest = folder.ancestors().find_map(|f| {
+        let f = if f.as_os_str().is_empty() { Path::new(".") } else { f };
+        f.canonicalize().ok()
+    });
+    nearest.is_some_and(|f| f.starts_with(root))
+}
+
+/// Where an attribute of that name was given before, if it was. `by_name` is made once they are many.
+fn earlier<'t>(before: &[Attribute], by_name: &mut BTreeMap<&'t str, usize>, name: &'t str) -> Option<Span> {
+    const FEW: usize = 16;
+    if before.len() < FEW {
+        by_name.insert(name, before.len());
+        return before.iter().find(|a| a.name == name).map(|a| a.name_span);
+    }
+    match by_name.entry(name) {
+        std::collections::btree_map::Entry::Occupied(first) => before.get(*first.get()).map(|a| a.name_span),
+        std::collections::btree_map::Entry::Vacant(place) => {
+            place.insert(before.len());
+            None
         }
     }
 }

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use super::bodies::Context;
+use super::bodies::{Context, no_frames};
 use super::defaults::{self, Classes, MAIN, Values};
 use super::document::{Document, NodeId, Span};
 use super::error::{Problem, ProblemKind};
@@ -40,7 +40,7 @@ pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> S
     };
     for section in sections("worldbody") {
         spec.world.node = section;
-        reader.children(section, &mut spec.world, &Context { class: MAIN, frames: &[], depth: 0 });
+        reader.children(section, &mut spec.world, &Context { class: MAIN, frames: &no_frames(), depth: 0 });
     }
     for node in sections("contact").into_iter().chain(sections("custom")).chain(sections("keyframe")) {
         reader.section(node, &mut spec);

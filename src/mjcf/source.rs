@@ -1,10 +1,14 @@
 //! The text of one file, and where in it a byte is.
 
+use std::path::PathBuf;
+
 /// A file of a scene, as it was read.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
-    /// The path as the user wrote it (an included file: relative to the main file's folder).
+    /// The path as the user wrote it, for messages (of an included file: that of the file's folder and its own).
     pub name: String,
+    /// The same, to open it.
+    pub path: PathBuf,
     pub text: String,
 }
 

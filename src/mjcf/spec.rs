@@ -4,6 +4,7 @@
 //! item keeps the `node` it was read from, so that later problems can point at the file.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::document::NodeId;
 pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind};
@@ -80,7 +81,7 @@ pub struct Pose {
     pub pos: [f64; 3],
     pub orientation: Orientation,
     /// Poses of the `<frame>` elements around this one, outermost first; each has no frames of its own.
-    pub frames: Vec<Pose>,
+    pub frames: Arc<[Pose]>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -104,7 +105,7 @@ pub struct Inertial {
     /// M11 M22 M33 M12 M13 M23
     pub fullinertia: Option<[f64; 6]>,
     /// `<frame>`s around it, outermost first.
-    pub frames: Vec<Pose>,
+    pub frames: Arc<[Pose]>,
 }
 
 #[derive(Clone, Debug)]
@@ -129,7 +130,7 @@ pub struct Joint {
     pub solreffriction: [f64; 2],
     pub solimpfriction: [f64; 5],
     /// `<frame>`s around the joint, outermost first (they move its anchor and axis).
-    pub frames: Vec<Pose>,
+    pub frames: Arc<[Pose]>,
 }
 
 #[derive(Clone, Debug)]

@@ -35,6 +35,7 @@ mod penalty;
 mod picture;
 mod random_scene;
 mod reader;
+mod robustness;
 mod sim;
 mod smooth;
 mod sweep;

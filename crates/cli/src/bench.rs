@@ -13,7 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::Failure;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene};
-use super::scene::{self, MethodArgs, StartArgs};
+use super::scene::{self, LimitArgs, MethodArgs, StartArgs};
 use penny::data::Data;
 use penny::forward::{Method, step};
 use penny::model::Model;
@@ -36,6 +36,8 @@ pub struct Args {
     method: MethodArgs,
     #[command(flatten)]
     start: StartArgs,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 /// From one simulated time to another, s.
@@ -159,7 +161,7 @@ fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
         return scenes::all();
     }
     let case = |path: &PathBuf| {
-        let model = scene::load(path)?;
+        let model = scene::load(path, &args.limits)?;
         let start = args.start.state(&model)?;
         Ok(Case { name: path.display().to_string(), source: Source::Path(path.clone()), model, start })
     };

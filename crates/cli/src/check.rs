@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::Failure;
 use super::format::count;
+use super::scene::LimitArgs;
 use penny::mjcf::{self, Problem, Severity};
 
 #[derive(clap::Args)]
@@ -12,6 +13,8 @@ pub struct Args {
     /// MJCF files
     #[arg(value_name = "SCENE.xml", required = true)]
     scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 pub fn check(args: &Args) -> Result<(), Failure> {
@@ -19,7 +22,7 @@ pub fn check(args: &Args) -> Result<(), Failure> {
     let mut refused = Vec::new();
     for path in &args.scenes {
         let file = path.display();
-        match penny::load(path) {
+        match penny::load_within(path, &args.limits.limits()) {
             Ok(scene) if scene.warnings.is_empty() => println!("{file}: fine"),
             Ok(scene) => {
                 let report = mjcf::render(&scene.document, &scene.warnings, colour);

@@ -8,7 +8,7 @@ use super::bench::median;
 use super::files;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene, counterpart};
-use super::scene::{self, LengthArgs, MethodArgs, StartArgs};
+use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, StartArgs};
 use penny::contact::{Law, mujoco};
 use penny::data::Data;
 use penny::forward::{Method, step};
@@ -34,6 +34,8 @@ pub struct Args {
     /// Draw the differences over time: a file that ends in .svg or .png
     #[arg(long, value_name = "FILE", value_parser = scene::picture)]
     plot: Option<PathBuf>,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 /// Lines of the table over time.
@@ -58,7 +60,7 @@ const BUDGET: f64 = 0.5;
 
 pub fn compare(args: &Args) -> Result<(), Failure> {
     let path = &args.scene;
-    let model = scene::load_apart(path, &[("--plot", args.plot.as_deref())])?;
+    let model = scene::load_apart(path, &args.limits, &[("--plot", args.plot.as_deref())])?;
     let method = args.method.method(&model)?;
     let start = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep)?;

@@ -4,7 +4,7 @@ use super::Failure;
 use std::path::PathBuf;
 
 use super::format::{count, short, si, table};
-use super::scene::{self, MethodArgs};
+use super::scene::{self, LimitArgs, MethodArgs};
 use penny::collision::exact;
 use penny::contact::constants::{self, Spring};
 use penny::contact::describe::{self, Ask, Creep};
@@ -25,13 +25,15 @@ pub struct Args {
     scene: PathBuf,
     #[command(flatten)]
     method: MethodArgs,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 /// The slope on which creep is told, degrees.
 const SLOPE: f64 = 5.0;
 
 pub fn explain(args: &Args) -> Result<(), Failure> {
-    let model = scene::load(&args.scene)?;
+    let model = scene::load(&args.scene, &args.limits)?;
     let method = args.method.method(&model)?;
     println!("{}\n\nWhat the scene requires", args.scene.display());
     for [name, value] in requirements(&model) {

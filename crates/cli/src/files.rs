@@ -31,6 +31,14 @@ fn same(a: &Path, b: &Path) -> bool {
     a == b && a.metadata().map_or(true, |m| m.is_file())
 }
 
+/// Whether a file lies in the folder of another, or in a folder within.
+pub fn inside(file: &Path, other: &Path) -> bool {
+    // Of what does not exist, the nearest folder that does, and no detours after it.
+    let plain = file.components().all(|part| part != std::path::Component::ParentDir);
+    let file = if file.exists() || plain { real(file) } else { return false };
+    real(other).parent().is_some_and(|folder| file.starts_with(folder))
+}
+
 /// The path without links and detours, also of a file that does not exist yet.
 fn real(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -2,35 +2,33 @@
 //! for data on standard output; warnings, progress and errors always go to standard error.
 
 /// As the standard library's, but does not panic where standard error is closed or full: nobody is left to be told.
+/// Text of files and of other programs gives no commands to the terminal.
 macro_rules! eprint {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = write!(std::io::stderr(), $($text)*);
-    }};
+    ($($text:tt)*) => {
+        $crate::say(&format!($($text)*))
+    };
 }
 
 /// As [`eprint`], with the end of the line.
 macro_rules! eprintln {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($text)*);
-    }};
+    ($($text:tt)*) => {
+        $crate::say(&(format!($($text)*) + "\n"))
+    };
 }
 
 /// As [`eprint`], to standard output: for reports. Whoever stops reading (`| head`) has enough.
 macro_rules! print {
     ($($text:tt)*) => {{
         use std::io::Write as _;
-        let _ = write!(std::io::stdout(), $($text)*);
+        let _ = std::io::stdout().write_all(penny::mjcf::printable(&format!($($text)*)).as_bytes());
     }};
 }
 
 /// As [`print`], with the end of the line.
 macro_rules! println {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), $($text)*);
-    }};
+    ($($text:tt)*) => {
+        print!("{}\n", format!($($text)*))
+    };
 }
 
 mod bench;
@@ -49,11 +47,13 @@ mod sweep;
 
 use std::alloc::System;
 use std::ffi::OsString;
+use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
+use penny::mjcf::printable;
 use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
 
 /// Counts, so that `penny bench` can show that a step does not allocate.
@@ -123,6 +123,25 @@ impl From<std::io::Error> for Failure {
             std::io::ErrorKind::BrokenPipe => Failure::Closed,
             _ => Failure::Problem(format!("error: {}", penny::reason(error))),
         }
+    }
+}
+
+/// Writes to standard error what has no commands for a terminal, but the colours of reports where it is one.
+fn say(text: &str) {
+    let mut error = std::io::stderr().lock();
+    if !std::io::stderr().is_terminal() {
+        let _ = error.write_all(printable(text).as_bytes());
+        return;
+    }
+    // A colour: ESC [ digits and semicolons m.
+    for (i, part) in text.split("\u{1b}[").enumerate() {
+        let code = part.find('m').filter(|&m| part[..m].bytes().all(|b| b.is_ascii_digit() || b == b';'));
+        let before = match (i, code) {
+            (0, _) => "",
+            (_, Some(_)) => "\u{1b}[",
+            (_, None) => "\\u{1b}[",
+        };
+        let _ = error.write_all(before.as_bytes()).and_then(|()| error.write_all(printable(part).as_bytes()));
     }
 }
 

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::Failure;
+use super::files;
 use super::render::{beside, read_log};
-use super::scene::{MethodArgs, StartArgs, whole};
+use super::scene::{LimitArgs, MethodArgs, StartArgs, whole};
+use penny::mjcf::Limits;
 use penny_view::game::LEVELS;
 use penny_view::open::{self, Opened};
 use penny_view::session::{Player, Session};
@@ -33,22 +35,37 @@ pub struct Args {
     method: MethodArgs,
     #[command(flatten)]
     start: StartArgs,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 /// Opens a scene; its warnings are printed.
-pub fn opened(path: &Path) -> Result<Opened, Failure> {
-    let opened = open::open(path).map_err(Failure::Problem)?;
+pub fn opened(path: &Path, limits: &Limits) -> Result<Opened, Failure> {
+    let opened = open::open_within(path, limits).map_err(Failure::Problem)?;
     if !opened.warnings.is_empty() {
         eprint!("{}", opened.warnings);
     }
     Ok(opened)
 }
 
-/// A recorded session before its first step, and what drives it.
-pub fn recorded(path: &Path) -> Result<(Session, Player), Failure> {
+/// A recorded session before its first step, and what drives it. A scene outside the session's folder is taken if it
+/// is the very file that the session was recorded with; of another one nothing is told.
+pub fn recorded(path: &Path, limits: &Limits) -> Result<(Session, Player), Failure> {
     let log = read_log(path)?;
     let scene = beside(&log.scene, path);
-    let opened = opened(&scene)?;
+    let opened = if limits.outside || files::inside(&scene, path) {
+        opened(&scene, limits)?
+    } else {
+        let same = open::open_within(&scene, limits).ok().filter(|opened| opened.hash == log.scene_hash);
+        same.ok_or_else(|| {
+            Failure::Problem(format!(
+                "error: {}: its scene `{}` lies outside the session's folder, and is not the file that it was recorded \
+                 with\n  help: if you trust the session: --allow-outside",
+                path.display(),
+                log.scene
+            ))
+        })?
+    };
     let session = Session::from_log(&log, opened.model, &opened.hash)
         .map_err(|e| Failure::Problem(format!("error: {}: {e}", path.display())))?;
     Ok((session, Player::new(log)))
@@ -63,11 +80,11 @@ fn level(name: &str) -> Result<usize, Failure> {
 
 #[cfg(feature = "play")]
 pub fn play(args: &Args) -> Result<(), Failure> {
-    use super::files;
     use penny::contact;
     use penny_view::session::Source;
     use penny_view::stage::Stage;
     use penny_window::window::{Open, run};
+    let limits = args.limits.limits();
     let chosen = args.level.as_deref().map(level).transpose()?;
     if let Some(name) = args.ghost.as_deref().filter(|name| contact::by_name(name).is_none()) {
         let names: Vec<&str> = contact::ALL.iter().map(|l| l.name).collect();
@@ -77,7 +94,7 @@ pub fn play(args: &Args) -> Result<(), Failure> {
     files::apart(&read, &[("--record", args.record.as_deref())])?;
     let (path, files, mut stage) = match (&args.replay, &args.scene) {
         (Some(run), _) => {
-            let (session, player) = recorded(run)?;
+            let (session, player) = recorded(run, &limits)?;
             let path = PathBuf::from(&session.source.path);
             let mut stage = Stage::new(session, 0, None, false);
             stage.replay(player);
@@ -85,7 +102,7 @@ pub fn play(args: &Args) -> Result<(), Failure> {
         }
         (None, Some(scene)) => {
             let path = chosen.map_or_else(|| scene.clone(), |level| scene.with_file_name(LEVELS[level].scene));
-            let opened = opened(&path)?;
+            let opened = opened(&path, &limits)?;
             let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
             let source = Source { path: path.display().to_string(), hash: opened.hash, seed: args.seed };
             let session = Session::new(opened.model, method, state, source);
@@ -94,12 +111,13 @@ pub fn play(args: &Args) -> Result<(), Failure> {
         (None, None) => return Err(Failure::Usage("error: name a scene: penny play SCENE.xml".to_owned())),
     };
     stage.set_ghost(args.ghost.as_deref());
-    run(Open { path, stage, files, record: args.record.clone() }).map_err(|e| Failure::Problem(format!("error: {e}")))
+    run(Open { path, stage, files, limits, record: args.record.clone() })
+        .map_err(|e| Failure::Problem(format!("error: {e}")))
 }
 
 #[cfg(not(feature = "play"))]
 pub fn play(args: &Args) -> Result<(), Failure> {
-    let _ = (&args.scene, &args.replay, &args.record, &args.seed, &args.ghost, &args.method, &args.start);
+    let _ = (&args.scene, &args.replay, &args.record, &args.seed, &args.ghost, &args.method, &args.start, &args.limits);
     args.level.as_deref().map(level).transpose()?;
     Err(Failure::Problem(
         "error: this penny was built without the window: `cargo run --features play -- play SCENE.xml` builds it; \

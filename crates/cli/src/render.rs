@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::Failure;
 use super::files;
 use super::play::{opened, recorded};
-use super::scene::{MethodArgs, StartArgs};
+use super::scene::{LimitArgs, MethodArgs, StartArgs};
 use penny_view::film::Film;
 use penny_view::log::Log;
 use penny_view::paint::{Image, Painter};
@@ -51,6 +51,8 @@ pub struct Args {
     method: MethodArgs,
     #[command(flatten)]
     start: StartArgs,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 /// s
@@ -110,10 +112,10 @@ fn session(args: &Args) -> Result<(Session, Option<Player>), Failure> {
             let why = "error: a recorded session brings its own method and start; these options are for scenes";
             return Err(Failure::Usage(why.to_owned()));
         }
-        let (session, player) = recorded(&args.input)?;
+        let (session, player) = recorded(&args.input, &args.limits.limits())?;
         return Ok((session, Some(player)));
     }
-    let opened = opened(&args.input)?;
+    let opened = opened(&args.input, &args.limits.limits())?;
     let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
     let source = Source { path: args.input.display().to_string(), hash: opened.hash, seed: 0 };
     Ok((Session::new(opened.model, method, state, source), None))

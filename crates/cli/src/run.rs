@@ -16,7 +16,7 @@ use self::warnings::{EnergyGain, Overlap};
 use super::explain::{hopping, largest_timestep, requirements};
 use super::files;
 use super::format::{count, short, si};
-use super::scene::{self, LengthArgs, MethodArgs, OverrideArgs, StartArgs};
+use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, OverrideArgs, StartArgs};
 use super::{Failure, Report};
 use penny::data::Data;
 use penny::forward::{Method, StepError, step};
@@ -60,6 +60,8 @@ pub struct Args {
     /// Draw position, energy, penetration and phase over time, or what --show names: a file that ends in .svg or .png
     #[arg(long, value_name = "FILE", value_parser = scene::picture)]
     plot: Option<PathBuf>,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 /// Lines of the table over time.
@@ -77,7 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let written = written.map(|(option, path)| (option, path.as_deref()));
     let data_out = written.iter().any(|(_, path)| *path == Some(Path::new("-")));
     let report = if data_out { Report::StandardError } else { Report::StandardOutput };
-    let mut model = scene::load_apart(&args.scene, &written)?;
+    let mut model = scene::load_apart(&args.scene, &args.limits, &written)?;
     args.overrides.apply(&mut model)?;
     let model = model;
     let method = args.method.method(&model)?;

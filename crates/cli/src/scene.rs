@@ -15,7 +15,7 @@ use penny::Scene;
 use penny::contact::{self, Law};
 use penny::forward::{Method, ROUNDS};
 use penny::integrate::{self, Integrator};
-use penny::mjcf;
+use penny::mjcf::{self, Limits};
 use penny::model::{Joint, JointKind, Keyframe, Model, Parts};
 use penny::state::State;
 
@@ -25,6 +25,36 @@ const DEFAULT_TIME: f64 = 3.0;
 const MOST_STEPS: usize = 1_000_000_000_000;
 /// The least coefficient of friction that MuJoCo's contacts have.
 const MIN_MU: f64 = 1e-5;
+
+/// What a scene may take, and where it may read.
+#[derive(clap::Args, Clone, Default)]
+pub struct LimitArgs {
+    /// Raise a limit of scenes, includes counted in: depth [default: 200], includes [1000], bytes [134217728],
+    /// elements [2000000] or names [1000000]
+    #[arg(long = "limit", value_name = "NAME=N", value_parser = limit, help_heading = "Reading")]
+    limits: Vec<(String, usize)>,
+    /// Read files outside the scene's folder, too, where a scene or a session names them
+    #[arg(long, help_heading = "Reading")]
+    allow_outside: bool,
+}
+
+impl LimitArgs {
+    pub fn limits(&self) -> Limits {
+        let mut limits = Limits { outside: self.allow_outside, ..Limits::default() };
+        for (name, value) in &self.limits {
+            // Checked when it was parsed.
+            let _ = limits.set(name, *value);
+        }
+        limits
+    }
+}
+
+fn limit(text: &str) -> Result<(String, usize), String> {
+    let (name, value) = text.split_once('=').ok_or("must be NAME=N, such as depth=400")?;
+    let value = value.parse().map_err(|_| format!("`{value}` is not a whole number"))?;
+    Limits::default().set(name, value)?;
+    Ok((name.to_owned(), value))
+}
 
 #[derive(clap::Args, Clone)]
 pub struct MethodArgs {
@@ -341,13 +371,11 @@ pub struct Read {
 /// Reads and compiles a scene.
 ///
 /// Errors: the report of all that is wrong with it.
-pub fn read(path: &Path) -> Result<Read, Failure> {
+pub fn read(path: &Path, limits: &Limits) -> Result<Read, Failure> {
     let colour = std::io::stderr().is_terminal();
-    match penny::load(path) {
+    match penny::load_within(path, limits) {
         Ok(Scene { document, model, warnings }) => {
-            let folder = path.parent().unwrap_or(Path::new(""));
-            let included = document.files.iter().skip(1).map(|source| folder.join(&source.name));
-            let files = std::iter::once(path.to_owned()).chain(included).collect();
+            let files = document.files.iter().map(|source| source.path.clone()).collect();
             Ok(Read { model, files, warnings: mjcf::render(&document, &warnings, colour), count: warnings.len() })
         }
         Err(failure) => Err(Failure::Problem(mjcf::render(&failure.document, &failure.problems, colour))),
@@ -355,13 +383,13 @@ pub fn read(path: &Path) -> Result<Read, Failure> {
 }
 
 /// Reads a scene to work with; warnings are printed.
-pub fn load(path: &Path) -> Result<Model, Failure> {
-    load_apart(path, &[])
+pub fn load(path: &Path, limits: &LimitArgs) -> Result<Model, Failure> {
+    load_apart(path, limits, &[])
 }
 
 /// Reads a scene to work with, which is apart from the files to write (each with the option that names it).
-pub fn load_apart(path: &Path, written: &[(&str, Option<&Path>)]) -> Result<Model, Failure> {
-    let read = read(path)?;
+pub fn load_apart(path: &Path, limits: &LimitArgs, written: &[(&str, Option<&Path>)]) -> Result<Model, Failure> {
+    let read = read(path, &limits.limits())?;
     files::apart(&read.files, written)?;
     if read.count > 0 {
         eprintln!("{}", read.warnings);

@@ -14,7 +14,7 @@ use super::Failure;
 use super::format::{file_name, short, si, table};
 use super::map;
 use super::mujoco::{MuJoCo, Scene};
-use super::scene::{self, StartArgs};
+use super::scene::{self, LimitArgs, StartArgs};
 use penny::contact::{self, Law};
 use penny::forward::Method;
 use penny::integrate::{self, Integrator};
@@ -25,7 +25,7 @@ use penny_lab::sweep::grid::{self, Row, Target, cheapest};
 use penny_lab::sweep::reference::{self, Reference};
 use penny_lab::sweep::trajectory::{SAMPLES, distance, fit};
 use penny_lab::sweep::{Case, truth};
-use penny_view::open::open;
+use penny_view::open::open_within;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -67,6 +67,8 @@ pub struct Args {
     /// Cells of a map in each direction, at most 1000
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = cells, requires = "map")]
     cells: usize,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -172,7 +174,7 @@ fn contactless(model: &Model) -> bool {
 }
 
 pub fn sweep(args: &Args) -> Result<(), Failure> {
-    let model = scene::load(&args.scene)?;
+    let model = scene::load(&args.scene, &args.limits)?;
     let start = args.start.state(&model)?;
     let case = Case { model, start, seconds: args.time };
     let directory = args.directory();
@@ -196,7 +198,7 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
 
     let settings = json!({
         "scene": args.scene.file_name().map(|n| n.to_string_lossy()), "model": case.model.name,
-        "hash": open(&args.scene).map_err(Failure::Problem)?.hash,
+        "hash": open_within(&args.scene, &args.limits.limits()).map_err(Failure::Problem)?.hash,
         "time": args.time, "truth": truth_name(args.truth), "rounds": args.rounds,
         "qpos": case.start.qpos, "qvel": case.start.qvel, "ctrl": case.start.ctrl,
     });

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::log;
 use super::session::{Session, Source};
 use penny::forward::Method;
-use penny::mjcf::render;
+use penny::mjcf::{Limits, render};
 use penny::model::Model;
 use penny::state::State;
 use penny::{contact, integrate};
@@ -24,12 +24,15 @@ pub struct Opened {
 ///
 /// Errors: the same report as `penny check`.
 pub fn open(path: &Path) -> Result<Opened, String> {
-    let scene = penny::load(path).map_err(|failure| failure.to_string())?;
+    open_within(path, &Limits::default())
+}
+
+/// The same within limits of one's own.
+pub fn open_within(path: &Path, limits: &Limits) -> Result<Opened, String> {
+    let scene = penny::load_within(path, limits).map_err(|failure| failure.to_string())?;
     let sources = &scene.document.files;
     let text: Vec<u8> = sources.iter().flat_map(|s| s.text.bytes()).collect();
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let included = sources.iter().skip(1).map(|s| folder.join(&s.name));
-    let files = std::iter::once(path.to_owned()).chain(included).collect();
+    let files = sources.iter().map(|source| source.path.clone()).collect();
     let warnings =
         if scene.warnings.is_empty() { String::new() } else { render(&scene.document, &scene.warnings, false) };
     Ok(Opened { warnings, model: scene.model, hash: log::hash(&text), files })

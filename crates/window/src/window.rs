@@ -8,6 +8,7 @@ use std::time::SystemTime;
 use eframe::egui;
 
 use super::{App, Wish, free_name, say};
+use penny::mjcf::Limits;
 use penny_view::game::LEVELS;
 use penny_view::open::{self, Opened};
 use penny_view::stage::Stage;
@@ -18,6 +19,8 @@ pub struct Open {
     pub stage: Stage,
     /// Files that the scene was read from.
     pub files: Vec<PathBuf>,
+    /// What the scene may take when it is read again.
+    pub limits: Limits,
     /// Where the session's inputs go when the window is closed.
     pub record: Option<PathBuf>,
 }
@@ -25,6 +28,7 @@ pub struct Open {
 struct Window {
     app: App,
     path: PathBuf,
+    limits: Limits,
     record: Option<PathBuf>,
     watched: Vec<(PathBuf, Option<SystemTime>)>,
     looked: f64,
@@ -124,6 +128,7 @@ impl Window {
         Window {
             app: App::new(open.stage),
             path: open.path,
+            limits: open.limits,
             record: open.record,
             watched,
             looked: 0.0,
@@ -150,7 +155,7 @@ impl Window {
         if !saved {
             return;
         }
-        match open::open(&self.path) {
+        match open::open_within(&self.path, &self.limits) {
             Ok(opened) => {
                 self.problem = None;
                 self.keep_run();
@@ -198,7 +203,7 @@ impl Window {
         let path = self.path.with_file_name(LEVELS[level].scene);
         let old = &self.app.stage;
         let seed = old.game.as_ref().map_or(0, |g| g.seed);
-        let opened = open::open(&path).and_then(|Opened { model, hash, files, .. }| {
+        let opened = open::open_within(&path, &self.limits).and_then(|Opened { model, hash, files, .. }| {
             let session = open::session(model, &path, hash, seed)?;
             Ok((Stage::new(session, seed, Some(level), true), files))
         });
