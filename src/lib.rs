@@ -8,6 +8,7 @@ pub mod compile;
 pub mod contact;
 pub mod data;
 pub mod diverged;
+pub mod draft;
 pub mod dynamics;
 pub mod forward;
 pub mod integrate;

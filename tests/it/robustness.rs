@@ -272,3 +272,224 @@ fn a_byte_0_is_an_error_at_its_place() {
     let report = mjcf::parse("nul.xml", "<mujoco model='a&#0;b'/>").expect_err("refused").to_string();
     assert!(report.contains("error[bad-entity]"), "{report}");
 }
+
+/// Starts `penny` in a folder, to be interrupted.
+fn started(folder: &Path, args: &[&str]) -> std::process::Child {
+    let quiet = std::process::Stdio::null;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+    command.args(args).current_dir(folder).stdout(quiet()).stderr(quiet()).spawn().expect("penny starts")
+}
+
+/// Rows of a CSV and of a JSON that are whole; panics if anything is not.
+fn whole_rows(csv: &Path, json: &Path) -> [usize; 2] {
+    let text = std::fs::read_to_string(csv).expect("the CSV");
+    assert!(text.ends_with('\n'), "a line is cut: {:?}", text.lines().last());
+    let columns = text.lines().next().map_or(0, |line| line.split(',').count());
+    let whole = |line: &str| line.split(',').filter(|x| x.parse::<f64>().is_ok()).count() == columns;
+    assert!(text.lines().skip(1).all(whole), "{text}");
+    let value: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(json).expect("the JSON")).expect("valid JSON");
+    [text.lines().count() - 1, value["rows"].as_array().map_or(0, Vec::len)]
+}
+
+fn patiently(what: &str, done: impl Fn() -> bool) {
+    let start = std::time::Instant::now();
+    while !done() {
+        assert!(start.elapsed().as_secs() < 60, "{what}");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interruption_leaves_the_old_file_or_a_whole_new_one() {
+    let folder = folder("interrupted");
+    write(&folder.join("scene.xml"), &format!("<mujoco><worldbody>{BALL}</worldbody></mujoco>"));
+    let [csv, json, svg] = ["x.csv", "x.json", "x.svg"].map(|name| folder.join(name));
+    for signal in ["-INT", "-TERM", "-KILL"] {
+        [&csv, &json, &svg].into_iter().for_each(|path| write(path, "old"));
+        let args =
+            ["scene.xml", "--time", "1e5", "--every", "7", "--csv", "x.csv", "--json", "x.json", "--plot", "x.svg"];
+        let mut child = started(&folder, &args);
+        let size = |path: &Path| std::fs::metadata(path).map_or(0, |m| m.len());
+        patiently("rows come", || size(&csv) > 20_000 && size(&json) > 20_000);
+        let kill = Command::new("kill").arg(signal).arg(child.id().to_string()).status().expect("kill");
+        assert!(kill.success() && !child.wait().expect("it ends").success(), "{signal}");
+        let rows = whole_rows(&csv, &json);
+        assert!(rows.iter().all(|&n| n > 20), "{signal}: {rows:?}");
+        assert_eq!(std::fs::read_to_string(&svg).expect("the old one"), "old", "{signal}");
+    }
+    // Before the first row the old ones stay, and a video that was begun.
+    write(&folder.join("film.gif"), "old");
+    let mut child = started(&folder, &["render", "scene.xml", "-o", "film.gif", "--time", "1e3"]);
+    patiently("it begins", || folder.join("film.unfinished.gif").exists());
+    Command::new("kill").arg(child.id().to_string()).status().expect("kill");
+    child.wait().expect("it ends");
+    assert_eq!(std::fs::read_to_string(folder.join("film.gif")).expect("the old one"), "old");
+}
+
+#[test]
+fn rows_are_in_the_file_within_a_second() {
+    let folder = folder("flushed");
+    write(&folder.join("scene.xml"), &format!("<mujoco><worldbody>{BALL}</worldbody></mujoco>"));
+    // A row takes tens of milliseconds, and 8 kB of rows some seconds.
+    let args = ["scene.xml", "--time", "1e6", "--every", "50000", "--csv", "x.csv"];
+    let mut child = started(&folder, &args);
+    let lines = || std::fs::read_to_string(folder.join("x.csv")).map_or(0, |text| text.lines().count());
+    patiently("the first rows", || lines() >= 3);
+    let before = lines();
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let after = lines();
+    child.kill().and_then(|()| child.wait()).expect("it ends");
+    assert!(after > before, "{before} rows, and {after} later");
+}
+
+#[test]
+#[cfg(unix)]
+fn on_a_full_disk_the_rows_that_had_room_are_whole() {
+    let folder = folder("full");
+    let disk = folder.join("disk");
+    write(&folder.join("scene.xml"), &format!("<mujoco><worldbody>{BALL}</worldbody></mujoco>"));
+    write(&disk.join("not mounted"), "");
+    let penny = env!("CARGO_BIN_EXE_penny");
+    // A disk of 64 kB, seen by these commands alone.
+    let script = format!(
+        "mount -t tmpfs -o size=64k none disk || exit 99; echo old > disk/x.csv; \
+         {penny} scene.xml --time 100 --csv disk/x.csv --json disk/x.json --plot disk/x.svg; echo code $?; \
+         mkdir out; cp disk/* out; head -c 70000 /dev/zero > disk/fill 2>/dev/null; \
+         echo old > out/y.csv; cp out/y.csv disk/x.csv; {penny} scene.xml --csv disk/x.csv; echo code $?; cp disk/x.csv out/y.csv"
+    );
+    let mut command = Command::new("unshare");
+    let output = command.args(["-rm", "sh", "-c", &script]).current_dir(&folder).output();
+    let Some(output) = output.ok().filter(|output| output.status.code() != Some(99) && !output.stdout.is_empty())
+    else {
+        eprintln!("skipped: this system allows no small disk of one's own");
+        return;
+    };
+    let text = said(&output);
+    assert!(text.matches("code 1").count() == 2 && text.contains("No space left"), "{text}");
+    let out = |name: &str| folder.join("out").join(name);
+    let rows = whole_rows(&out("x.csv"), &out("x.json"));
+    assert!(rows.iter().all(|&n| n > 20), "{rows:?}");
+    assert!(!out("x.svg").exists() && !out("x.unfinished.csv").exists(), "nothing half there");
+}
+
+#[test]
+fn outputs_are_checked_before_the_first_is_touched() {
+    let folder = folder("outputs");
+    let floor = "<mujoco><geom type='plane' size='1 1 1'/></mujoco>";
+    write(&folder.join("parts/floor.xml"), floor);
+    let text = format!("<mujoco><worldbody><include file='parts/floor.xml'/>{BALL}</worldbody></mujoco>");
+    write(&folder.join("scene.xml"), &text);
+    write(&folder.join("sweep.csv"), &text.replace("parts/", "parts/../parts/"));
+    write(&folder.join("x.csv"), "old");
+    let refused = |args: &[&str], part: &str| {
+        let output = penny_in(&folder, args);
+        let text = said(&output);
+        assert!(output.status.code().is_some_and(|code| code > 0) && text.contains(part), "{args:?}: {text}");
+    };
+    refused(&["scene.xml", "--csv", "x.csv", "--json", "no/such.json"], "cannot write `no/such.json`");
+    refused(&["scene.xml", "--csv", "x.csv", "--save-state", "parts"], "cannot write `parts`");
+    refused(&["scene.xml", "--csv", "parts/floor.xml"], "would overwrite");
+    refused(&["render", "scene.xml", "-o", "parts/floor.gif/../floor.xml"], "floor.xml");
+    refused(&["sweep", "sweep.csv", "--out", "."], "would overwrite");
+    #[cfg(unix)]
+    {
+        std::fs::hard_link(folder.join("scene.xml"), folder.join("same.csv")).expect("a link");
+        std::fs::hard_link(folder.join("parts/floor.xml"), folder.join("floor.gif")).expect("a link");
+        std::os::unix::fs::symlink("parts/floor.xml", folder.join("link.svg")).expect("a link");
+        refused(&["scene.xml", "--csv", "same.csv"], "would overwrite");
+        refused(&["scene.xml", "--plot", "link.svg"], "would overwrite");
+        refused(&["render", "scene.xml", "-o", "floor.gif"], "would overwrite");
+        // A link to an old file stays a link.
+        std::os::unix::fs::symlink("x.csv", folder.join("link.csv")).expect("a link");
+        assert!(penny_in(&folder, &["scene.xml", "--steps", "1", "--csv", "link.csv"]).status.success());
+        assert!(std::fs::read_link(folder.join("link.csv")).is_ok());
+        assert!(std::fs::read_to_string(folder.join("x.csv")).expect("there").starts_with("time,"));
+    }
+    assert_eq!(std::fs::read_to_string(folder.join("parts/floor.xml")).expect("there"), floor);
+    assert_eq!(std::fs::read_to_string(folder.join("scene.xml")).expect("there"), text);
+}
+
+#[test]
+fn counts_that_nobody_can_wait_for_are_refused_at_once() {
+    let folder = folder("counts");
+    write(&folder.join("scene.xml"), &format!("<mujoco><worldbody>{BALL}</worldbody></mujoco>"));
+    let start = std::time::Instant::now();
+    for args in [
+        &["scene.xml", "--time", "1e300"][..],
+        &["scene.xml", "--steps", "18446744073709551615"],
+        &["render", "scene.xml", "-o", "x.gif", "--time", "1e300"],
+        &["render", "scene.xml", "-o", "x.gif", "--fps", "1e300"],
+        &["render", "scene.xml", "-o", "x.gif", "--time", "1", "--timestep", "1e-300"],
+        &["render", "scene.xml", "-o", "x.gif", "--speed", "1e-300"],
+        &["render", "scene.xml", "-o", "x.png", "--speed", "1e300", "--time", "1e300"],
+        &["sweep", "scene.xml", "--timesteps", "1e-4..1e-2:1000000000"],
+        &["sweep", "scene.xml", "--timesteps", "1e-300..1e-2:3"],
+        &["sweep", "scene.xml", "--time", "1e300"],
+        &["sweep", "scene.xml", "--map", "timestep,stiffness", "--time", "1e300"],
+    ] {
+        let output = penny_in(&folder, args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));
+        assert!(!folder.join("x.gif").exists() && !folder.join("sweep-scene").exists(), "{args:?} leaves files");
+    }
+    let log = |steps: &str, more: &str| {
+        format!(
+            "{{\"penny_run\":1,\"scene\":\"scene.xml\",\"scene_hash\":\"0\",\"seed\":0,\"contact\":\"penalty\",\
+             \"integrator\":\"rk4\",\"timestep\":0.002,\"rounds\":1,\"steps\":{steps},\"inputs\":[{more}],\
+             \"start\":{{\"time\":0,\"qpos\":[],\"qvel\":[],\"ctrl\":[]}}}}"
+        )
+    };
+    let input = "{\"step\":1e300,\"change\":{\"timestep\":1}}";
+    for text in [log("1000000000000000000", ""), log("1e300", ""), log("9", input)] {
+        write(&folder.join("run.json"), &text);
+        let output = penny_in(&folder, &["render", "run.json", "-o", "x.gif"]);
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    }
+    assert!(start.elapsed().as_secs() < 30, "each takes a moment");
+}
+
+#[test]
+fn an_energy_that_overflows_is_reported() {
+    let folder = folder("overflow");
+    let text = "<mujoco><worldbody><body pos='0 0 1000'><freejoint/><geom size='.1' mass='1e307'/></body></worldbody></mujoco>";
+    write(&folder.join("heavy.xml"), text);
+    let text = said(&penny_in(&folder, &["heavy.xml", "--steps", "3", "--csv", "x.csv"]));
+    assert!(text.contains("warning: from 0 s on the energy is too large a number"), "{text}");
+}
+
+#[test]
+fn a_damaged_best_list_is_kept_aside() {
+    let folder = folder("best");
+    let path = folder.join("best.json");
+    for (n, damaged) in ["best.damaged.json", "best.damaged-1.json"].iter().enumerate() {
+        write(&path, &format!("[{{\"points\": {n}"));
+        assert!(penny_view::game::best::load(&path).is_empty());
+        let kept = std::fs::read_to_string(folder.join(damaged)).expect("kept");
+        assert_eq!(kept, format!("[{{\"points\": {n}"));
+        assert!(!path.exists());
+    }
+}
+
+/// A program that takes MuJoCo's place and never answers, or never ends.
+#[test]
+#[cfg(unix)]
+fn a_foreign_python_is_not_waited_for_and_not_believed() {
+    let folder = folder("python");
+    write(&folder.join("scene.xml"), &format!("<mujoco><worldbody>{BALL}</worldbody></mujoco>"));
+    for (name, script, part) in [
+        ("flood", "exec cat /dev/zero", "has none"),
+        ("commands", "printf '{\"version\": \"\\033[2J\"}\\n'; exec cat", "has"),
+        ("quits", "exit 3", "has none"),
+    ] {
+        let path = folder.join(name);
+        write(&path, &format!("#!/bin/sh\n{script}\n"));
+        use std::os::unix::fs::PermissionsExt;
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).expect("executable");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+        let output = command.args(["compare", "scene.xml"]).current_dir(&folder).env("PENNY_PYTHON", &path).output();
+        let output = output.expect("penny starts");
+        assert!(output.status.code() == Some(1) && said(&output).contains(part), "{name}: {}", said(&output));
+        assert!(!said(&output).contains('\u{1b}'), "{name}: {}", said(&output));
+    }
+}

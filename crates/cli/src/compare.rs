@@ -38,6 +38,8 @@ pub struct Args {
     limits: LimitArgs,
 }
 
+/// Positions that are kept of each run.
+const MOST_NUMBERS: usize = 50_000_000;
 /// Lines of the table over time.
 const LINES: usize = 10;
 /// A difference that one would call one, in units of qpos.
@@ -64,6 +66,13 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     let method = args.method.method(&model)?;
     let start = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep)?;
+    if steps.saturating_mul(model.nq.max(1)) > MOST_NUMBERS {
+        return Err(Failure::Usage(format!(
+            "error: {steps} steps of {} numbers each are more than can be compared; the most is {}",
+            model.nq,
+            MOST_NUMBERS / model.nq.max(1)
+        )));
+    }
     if let Some(file) = &args.plot {
         files::writable(file)?;
     }
@@ -159,6 +168,13 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
         println!(
             "  MuJoCo, tolerance {tolerance:e}: solver tolerance: MuJoCo's solver stops early, and so does Penny's"
         );
+    }
+    if steps.saturating_mul(model.nq.max(1)) > MOST_NUMBERS {
+        return Err(Failure::Usage(format!(
+            "error: {steps} steps of {} numbers each are more than can be compared; the most is {}",
+            model.nq,
+            MOST_NUMBERS / model.nq.max(1)
+        )));
     }
     if let Some(file) = &args.plot {
         chart(path, &model, &method, &theirs, &laws, &ours, file)?;

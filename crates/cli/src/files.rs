@@ -1,10 +1,10 @@
 //! Files that commands write: which may be, and what is said of those that cannot.
 
-use std::fs::OpenOptions;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use super::Failure;
+use penny::draft::{self, Draft, real};
 
 /// Checks that files to write (with the options that name them) are apart from one another and from those to read.
 ///
@@ -25,10 +25,23 @@ pub fn apart(read: &[PathBuf], written: &[(&str, Option<&Path>)]) -> Result<(), 
     Ok(())
 }
 
-/// Whether two paths are one file (or both standard output). Devices as /dev/null are shared by all.
+/// Whether two paths are one file, by whatever names (or both standard output). Devices as /dev/null are shared by all.
 fn same(a: &Path, b: &Path) -> bool {
     let (a, b) = (real(a), real(b));
-    a == b && a.metadata().map_or(true, |m| m.is_file())
+    (a == b && a.metadata().map_or(true, |m| m.is_file())) || linked(&a, &b)
+}
+
+/// Whether two names are hard links to one file.
+#[cfg(unix)]
+fn linked(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let file = |path: &Path| path.metadata().ok().filter(|m| m.is_file()).map(|m| (m.dev(), m.ino()));
+    file(a).is_some_and(|a| Some(a) == file(b))
+}
+
+#[cfg(not(unix))]
+fn linked(_: &Path, _: &Path) -> bool {
+    false
 }
 
 /// Whether a file lies in the folder of another, or in a folder within.
@@ -39,23 +52,14 @@ pub fn inside(file: &Path, other: &Path) -> bool {
     real(other).parent().is_some_and(|folder| file.starts_with(folder))
 }
 
-/// The path without links and detours, also of a file that does not exist yet.
-fn real(path: &Path) -> PathBuf {
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let in_folder = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
-    path.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| path.to_owned())
-}
-
-/// Checks before a long run that a file can be written after it; leaves no empty file behind.
+/// Checks before a long run that a file can be written after it; leaves nothing behind.
 ///
 /// Errors: [`cannot_write`].
 pub fn writable(path: &Path) -> Result<(), Failure> {
-    let there = path.exists();
-    OpenOptions::new().write(true).create(true).truncate(false).open(path).map_err(|e| cannot_write(path, &e))?;
-    if !there {
-        std::fs::remove_file(path).map_err(|e| cannot_write(path, &e))?;
+    if path == Path::new("-") {
+        return Ok(());
     }
-    Ok(())
+    Draft::new(path).map(drop).map_err(|e| cannot_write(path, &e))
 }
 
 /// Writes a whole file, or to standard output where the path is `-`.
@@ -65,7 +69,7 @@ pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let written = if path == Path::new("-") {
         io::Write::write_all(&mut io::stdout(), text.as_bytes())
     } else {
-        std::fs::write(path, text)
+        draft::write(path, text)
     };
     written.map_err(|e| cannot_write(path, &e))
 }

@@ -11,6 +11,7 @@ use super::files::cannot_write;
 use super::format::{file_name, short, si, table};
 use super::scene;
 use penny::contact::Law;
+use penny::draft;
 use penny::forward::Method;
 use penny::integrate::Integrator;
 use penny_lab::plot::palette::{CLASSES, INK, Marker, PAPER};
@@ -192,7 +193,8 @@ impl<'a> Sheet<'a> {
             "finished": self.records.len() == laws.len() * integrators.len(),
             "methods": self.records,
         });
-        std::fs::write(directory.join(format!("{}.json", self.stem)), format!("{document:#}\n"))?;
+        let file = directory.join(format!("{}.json", self.stem));
+        draft::write(&file, format!("{document:#}\n")).map_err(|e| cannot_write(&file, &e))?;
         Ok(())
     }
 }

@@ -1,8 +1,12 @@
 //! The real MuJoCo, through Python: a child that answers over a pipe.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
@@ -17,10 +21,39 @@ const VERSION: &str = "4.0.0";
 const INSTALL: &str = "  help: python3 -m venv .venv && .venv/bin/pip install mujoco==4.0.0\n  \
                        Penny finds .venv/bin/python by itself; elsewhere set PENNY_PYTHON=path/to/python";
 
+/// How long Python may take to start, and to answer: so much and so much a step.
+const START: Duration = Duration::from_secs(30);
+const ANSWER: (Duration, Duration) = (Duration::from_secs(60), Duration::from_millis(5));
+/// Bytes of an answer: so many, and so many for each number that was asked for.
+const MOST_BYTES: (usize, usize) = (1 << 20, 32);
+
 pub struct MuJoCo {
     child: Child,
     requests: ChildStdin,
-    answers: BufReader<ChildStdout>,
+    /// The lines that the child writes, read by a thread of their own, so that waiting for one can end.
+    answers: Receiver<String>,
+    /// The longest line that is read. Longer ones are cut.
+    most: Arc<AtomicUsize>,
+    /// Numbers of a state: its positions.
+    nq: usize,
+}
+
+/// Hands on lines, each cut at `most` bytes; ends with the output or after a line that was cut.
+fn lines(output: ChildStdout, most: &AtomicUsize, send: &Sender<String>) {
+    let mut output = BufReader::new(output);
+    loop {
+        let mut line = Vec::new();
+        // Nothing comes before it was asked for; so the limit is that of this answer once its first byte is here.
+        if output.fill_buf().is_ok_and(<[u8]>::is_empty) {
+            return;
+        }
+        let limit = most.load(Ordering::SeqCst);
+        let read = output.by_ref().take(limit as u64).read_until(b'\n', &mut line);
+        let whole = line.last() == Some(&b'\n');
+        if read.is_err() || send.send(String::from_utf8_lossy(&line).into_owned()).is_err() || !whole {
+            return;
+        }
+    }
 }
 
 /// A scene as MuJoCo gets it.
@@ -47,8 +80,17 @@ impl MuJoCo {
         let (Some(requests), Some(answers)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(missing("its pipes are closed".to_owned()));
         };
-        let mut mujoco = MuJoCo { child, requests, answers: BufReader::new(answers) };
-        let hello = mujoco.answer().map_err(|_| missing(format!("{} has none", python.display())))?;
+        let most = Arc::new(AtomicUsize::new(MOST_BYTES.0));
+        let (send, received) = channel();
+        let limit = most.clone();
+        std::thread::spawn(move || lines(answers, &limit, &send));
+        let mut mujoco = MuJoCo { child, requests, answers: received, most, nq: 0 };
+        let hello = mujoco.answer(START).map_err(|why| match why {
+            Failure::Problem(why) if why.contains("did not answer") => {
+                missing(format!("{} did not answer within {} s", python.display(), START.as_secs()))
+            }
+            _ => missing(format!("{} has none", python.display())),
+        })?;
         match hello["version"].as_str() {
             Some(VERSION) => Ok(mujoco),
             found => Err(missing(format!("{} has {}", python.display(), found.unwrap_or("none")))),
@@ -78,38 +120,52 @@ impl MuJoCo {
             Scene::Path(path) => request["path"] = json!(std::fs::canonicalize(path)?),
             Scene::Text(text) => request["xml"] = json!(text),
         }
-        self.ask(request).map(|_| ())
+        self.nq = model.nq;
+        self.ask(request, 0, 0).map(|_| ())
     }
 
     /// qpos at the start and after every `every` steps; shorter where MuJoCo called the run unstable.
     pub fn rollout(&mut self, steps: usize, every: usize) -> Result<Vec<Vec<f64>>, Failure> {
-        let answer = self.ask(json!({ "do": "rollout", "steps": steps, "every": every }))?;
+        let answer = self.ask(
+            json!({ "do": "rollout", "steps": steps, "every": every }),
+            steps,
+            (steps / every.max(1) + 1).saturating_mul(self.nq + 1),
+        )?;
         let row = |row: &Value| row.as_array().map(|r| r.iter().filter_map(Value::as_f64).collect());
         Ok(answer["rows"].as_array().map(|rows| rows.iter().filter_map(row).collect()).unwrap_or_default())
     }
 
     /// Steps to a typical state, from which batches start.
     pub fn warm(&mut self, steps: usize) -> Result<(), Failure> {
-        self.ask(json!({ "do": "warm", "steps": steps })).map(|_| ())
+        self.ask(json!({ "do": "warm", "steps": steps }), steps, 0).map(|_| ())
     }
 
     /// Nanoseconds of `steps` steps from the state that [`MuJoCo::warm`] left, measured inside Python.
     pub fn batch(&mut self, steps: usize) -> Result<f64, Failure> {
-        let answer = self.ask(json!({ "do": "batch", "steps": steps }))?;
+        let answer = self.ask(json!({ "do": "batch", "steps": steps }), steps, 0)?;
         answer["ns"].as_f64().ok_or_else(|| gone("its answer has no time"))
     }
 
-    fn ask(&mut self, request: Value) -> Result<Value, Failure> {
+    /// `steps` that it will take, and `numbers` that the answer will have.
+    fn ask(&mut self, request: Value, steps: usize, numbers: usize) -> Result<Value, Failure> {
+        let most = MOST_BYTES.0.saturating_add(MOST_BYTES.1.saturating_mul(numbers));
+        self.most.store(most, Ordering::SeqCst);
         writeln!(self.requests, "{request}").map_err(|e| gone(&e.to_string()))?;
-        self.answer()
+        let steps = u32::try_from(steps).unwrap_or(u32::MAX);
+        self.answer(ANSWER.0 + ANSWER.1.saturating_mul(steps))
     }
 
-    fn answer(&mut self) -> Result<Value, Failure> {
-        let mut line = String::new();
-        self.answers.read_line(&mut line).map_err(|e| gone(&e.to_string()))?;
-        let answer: Value = serde_json::from_str(&line).map_err(|_| gone("it stopped answering"))?;
+    fn answer(&mut self, patience: Duration) -> Result<Value, Failure> {
+        let line = self.answers.recv_timeout(patience).map_err(|e| match e {
+            RecvTimeoutError::Timeout => gone(&format!("it did not answer within {} s", patience.as_secs())),
+            RecvTimeoutError::Disconnected => gone("it stopped answering"),
+        })?;
+        let answer: Value = serde_json::from_str(&line).map_err(|_| gone("its answer is no answer, or too long"))?;
         match answer["error"].as_str() {
-            Some(error) => Err(Failure::Problem(format!("error: MuJoCo says: {error}"))),
+            Some(error) => {
+                let error: String = error.chars().take(2000).collect();
+                Err(Failure::Problem(format!("error: MuJoCo says: {error}")))
+            }
             None => Ok(answer),
         }
     }

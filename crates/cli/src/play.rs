@@ -50,7 +50,7 @@ pub fn opened(path: &Path, limits: &Limits) -> Result<Opened, Failure> {
 
 /// A recorded session before its first step, and what drives it. A scene outside the session's folder is taken if it
 /// is the very file that the session was recorded with; of another one nothing is told.
-pub fn recorded(path: &Path, limits: &Limits) -> Result<(Session, Player), Failure> {
+pub fn recorded(path: &Path, limits: &Limits) -> Result<(Session, Player, Vec<PathBuf>), Failure> {
     let log = read_log(path)?;
     let scene = beside(&log.scene, path);
     let opened = if limits.outside || files::inside(&scene, path) {
@@ -68,7 +68,7 @@ pub fn recorded(path: &Path, limits: &Limits) -> Result<(Session, Player), Failu
     };
     let session = Session::from_log(&log, opened.model, &opened.hash)
         .map_err(|e| Failure::Problem(format!("error: {}: {e}", path.display())))?;
-    Ok((session, Player::new(log)))
+    Ok((session, Player::new(log), opened.files))
 }
 
 fn level(name: &str) -> Result<usize, Failure> {
@@ -91,10 +91,13 @@ pub fn play(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("error: there is no contact law `{name}`: there is {}", names.join(", "))));
     }
     let read: Vec<PathBuf> = args.scene.iter().chain(&args.replay).cloned().collect();
-    files::apart(&read, &[("--record", args.record.as_deref())])?;
+    let apart = |read: &[PathBuf]| files::apart(read, &[("--record", args.record.as_deref())]);
+    apart(&read)?;
+    args.record.as_deref().map_or(Ok(()), files::writable)?;
     let (path, files, mut stage) = match (&args.replay, &args.scene) {
         (Some(run), _) => {
-            let (session, player) = recorded(run, &limits)?;
+            let (session, player, read) = recorded(run, &limits)?;
+            apart(&read)?;
             let path = PathBuf::from(&session.source.path);
             let mut stage = Stage::new(session, 0, None, false);
             stage.replay(player);
@@ -103,6 +106,7 @@ pub fn play(args: &Args) -> Result<(), Failure> {
         (None, Some(scene)) => {
             let path = chosen.map_or_else(|| scene.clone(), |level| scene.with_file_name(LEVELS[level].scene));
             let opened = opened(&path, &limits)?;
+            apart(&opened.files)?;
             let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
             let source = Source { path: path.display().to_string(), hash: opened.hash, seed: args.seed };
             let session = Session::new(opened.model, method, state, source);

@@ -6,8 +6,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
 use super::files;
+use super::format::{short, si};
 use super::play::{opened, recorded};
 use super::scene::{LimitArgs, MethodArgs, StartArgs};
+use penny::draft::Draft;
 use penny_view::film::Film;
 use penny_view::log::Log;
 use penny_view::paint::{Image, Painter};
@@ -57,11 +59,16 @@ pub struct Args {
 
 /// s
 const DEFAULT_TIME: f64 = 3.0;
+/// Nine hours of film at 30 frames a second.
+const MOST_FRAMES: usize = 1_000_000;
+/// Steps that somebody may wait for.
+const MOST_STEPS: f64 = 1e12;
 
 pub fn render(args: &Args) -> Result<(), Failure> {
     let format = Format::of(&args.output).map_err(usage)?;
-    files::apart(std::slice::from_ref(&args.input), &[("--output", Some(&args.output))])?;
-    let (mut session, player) = session(args)?;
+    let (mut session, player, mut read) = session(args)?;
+    read.push(args.input.clone());
+    files::apart(&read, &[("--output", Some(&args.output))])?;
     let recorded = player.as_ref().map(|p| p.log().duration());
     let duration = args.time.or(recorded).unwrap_or(DEFAULT_TIME);
     let fps = args.fps.unwrap_or(format.usual_fps());
@@ -69,7 +76,21 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     let whole = recorded.is_some() && args.time.is_none();
     let frames = if whole { film.frames_to_end(duration) } else { film.frames(duration) };
     let [width, height] = args.size.unwrap_or(if args.panel { [1280, 720] } else { [640, 480] });
-    let mut video = Video::create(&args.output, Shape { width, height, fps, frames }).map_err(problem)?;
+    let most = if session.method.timestep > 0.0 { MOST_STEPS * session.method.timestep } else { 0.0 };
+    if frames > MOST_FRAMES || duration > most {
+        let steps = duration / session.method.timestep;
+        return Err(Failure::Usage(format!(
+            "error: {} makes {} frames of {} steps; the most are {} frames and {} steps",
+            si(duration, "s"),
+            short(frames as f64),
+            short(steps),
+            short(MOST_FRAMES as f64),
+            short(MOST_STEPS)
+        )));
+    }
+    // Written beside, as ffmpeg does too, until it is whole.
+    let draft = Draft::new(&args.output).map_err(|e| files::cannot_write(&args.output, &e))?;
+    let mut video = Video::create(draft.path(), Shape { width, height, fps, frames }).map_err(problem)?;
     let bar = ProgressBar::new(frames as u64);
     // The template is constant and right.
     if let Ok(style) = ProgressStyle::with_template("  {bar:40} {pos}/{len} frames, {eta} left") {
@@ -95,6 +116,7 @@ pub fn render(args: &Args) -> Result<(), Failure> {
         session
     };
     video.finish().map_err(problem)?;
+    draft.keep().map_err(|e| files::cannot_write(&args.output, &e))?;
     bar.finish_and_clear();
     println!("{}: {}", args.output.display(), counted(frames - first, fps));
     println!("{}", session.summary());
@@ -105,20 +127,20 @@ fn counted(frames: usize, fps: f64) -> String {
     if frames == 1 { "one picture".to_owned() } else { format!("{frames} frames, {:.2} s", frames as f64 / fps) }
 }
 
-/// The session to film, and what drives it if it was recorded.
-fn session(args: &Args) -> Result<(Session, Option<Player>), Failure> {
+/// The session to film, what drives it if it was recorded, and the files that were read.
+fn session(args: &Args) -> Result<(Session, Option<Player>, Vec<PathBuf>), Failure> {
     if args.input.extension().is_some_and(|e| e == "json") {
         if args.method.given() || args.start.given() {
             let why = "error: a recorded session brings its own method and start; these options are for scenes";
             return Err(Failure::Usage(why.to_owned()));
         }
-        let (session, player) = recorded(&args.input, &args.limits.limits())?;
-        return Ok((session, Some(player)));
+        let (session, player, files) = recorded(&args.input, &args.limits.limits())?;
+        return Ok((session, Some(player), files));
     }
     let opened = opened(&args.input, &args.limits.limits())?;
     let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
     let source = Source { path: args.input.display().to_string(), hash: opened.hash, seed: 0 };
-    Ok((Session::new(opened.model, method, state, source), None))
+    Ok((Session::new(opened.model, method, state, source), None, opened.files))
 }
 
 fn film(args: &Args, session: &Session, fps: f64) -> Result<Film, Failure> {

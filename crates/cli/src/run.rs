@@ -1,6 +1,5 @@
 //! `penny run`: simulates a scene, tells about it, and writes it down where asked.
 
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -19,6 +18,7 @@ use super::format::{count, short, si};
 use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, OverrideArgs, StartArgs};
 use super::{Failure, Report};
 use penny::data::Data;
+use penny::draft::Draft;
 use penny::forward::{Method, StepError, step};
 use penny::model::Model;
 use penny::state::State;
@@ -86,8 +86,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut state = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep)?;
     let shown = record::chosen(&model, &args.show).map_err(|e| Failure::Usage(format!("error: --show: {e}")))?;
-    for path in [&args.plot, &args.save_state].into_iter().flatten().filter(|path| *path != Path::new("-")) {
-        files::writable(path)?;
+    for (_, path) in written {
+        path.map_or(Ok(()), files::writable)?;
     }
     let mut outputs = Outputs::open(args, &model, &method, &shown)?;
     let mut recorder = Recorder::new(&model);
@@ -107,6 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut energy = EnergyGain::new(&model, &first);
     let mut balance = Balance::new(&model, method.integrator);
     let mut last = first;
+    let mut overflow = None;
     let mut i = 0;
     loop {
         let (written, listed) = (outputs.any() && i % args.every == 0, i % stride == 0 || i == steps);
@@ -125,6 +126,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 recorder.forces(&model, &method, &state);
                 energy.enter(&sample, recorder.data(), balance.actuators);
             }
+            if !sample.energy.is_finite() {
+                overflow = overflow.or(Some(state.time));
+            }
             last = sample;
         }
         if i == steps {
@@ -132,7 +136,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         // On to the next step that something is done at.
         let row = if outputs.any() { args.every } else { BATCH };
-        let until = [row, stride, look, BATCH].map(|n| (i / n + 1) * n).into_iter().min().unwrap_or(steps).min(steps);
+        // Where steps take long, the clock is looked at more often.
+        let batch = (PATIENCE.as_secs_f64() / 4.0 * i as f64 / elapsed.as_secs_f64().max(1e-9)) as usize;
+        let batch = if i == 0 { 1 } else { batch.clamp(1, BATCH) };
+        let until = [row, stride, look, batch].map(|n| (i / n + 1) * n).into_iter().min().unwrap_or(steps).min(steps);
         let before = Instant::now();
         let outcome = (i..until).try_for_each(|_| {
             balance.before(&state);
@@ -141,6 +148,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             outcome
         });
         elapsed += before.elapsed();
+        outputs.tick()?;
         if let Err(error) = outcome {
             failed = Some(error);
             break;
@@ -171,6 +179,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         report.print(&summary::energy(&model, &first, &last, energy.kinetic(), &balance));
         report.print(&format!("  {}\n", pace(steps, method.timestep, elapsed)));
         eprint!("{}", super::explain::unsolved(&data, steps));
+    }
+    if let Some(time) = overflow {
+        eprintln!(
+            "warning: from {} on the energy is too large a number, more than 1.8e308 J: it is `inf` in CSV and `null` in \
+             JSON; check masses, sizes and speeds",
+            si(time, "s")
+        );
     }
     if energy.grew() {
         let limit = limit.map(|(limit, _)| limit);
@@ -351,6 +366,17 @@ impl Outputs<'_> {
         Ok(())
     }
 
+    /// Writes rows that have waited for half a second.
+    fn tick(&mut self) -> Result<(), Failure> {
+        if let Some((path, csv)) = &mut self.csv {
+            csv.tick().map_err(|e| files::cannot_write(path, &e))?;
+        }
+        if let Some((path, json)) = &mut self.json {
+            json.tick().map_err(|e| files::cannot_write(path, &e))?;
+        }
+        Ok(())
+    }
+
     /// Completes the files; what is left is to draw the picture.
     fn finish(self) -> Result<Option<Picture>, Failure> {
         if let Some((path, csv)) = self.csv {
@@ -364,7 +390,7 @@ impl Outputs<'_> {
 }
 
 fn create(path: &Path) -> io::Result<Lines> {
-    if path == Path::new("-") { Ok(Lines::stream(io::stdout())) } else { File::create(path).map(Lines::file) }
+    if path == Path::new("-") { Ok(Lines::stream(io::stdout())) } else { Lines::file(Draft::new(path)?) }
 }
 
 /// A bar on the terminal, once the run takes longer than [`PATIENCE`].

@@ -100,13 +100,20 @@ fn timesteps(text: &str) -> Result<Timesteps, String> {
     if low >= high {
         return Err("the first timestep of a range must be the smaller one".to_owned());
     }
-    Ok(Timesteps::Span(low, high, scene::at_least_one(count)?))
+    let count = scene::at_least_one(count)?;
+    if count > MOST_TIMESTEPS {
+        return Err(format!("must be at most {MOST_TIMESTEPS} timesteps"));
+    }
+    Ok(Timesteps::Span(low, high, count))
 }
 
 fn cells(text: &str) -> Result<usize, String> {
     scene::at_least_one(text).ok().filter(|n| *n <= MOST_CELLS).ok_or(format!("must be from 1 to {MOST_CELLS}"))
 }
 
+const MOST_TIMESTEPS: usize = 1000;
+/// Of one run; its truth takes some times as many.
+const MOST_STEPS: f64 = 1e10;
 /// A million runs.
 const MOST_CELLS: usize = 1000;
 
@@ -157,6 +164,25 @@ impl Args {
         (list, note)
     }
 
+    /// Errors: wrong usage, if nobody could wait for a run of so many steps.
+    fn can_wait(&self, model: &Model) -> Result<(), Failure> {
+        let smallest = match self.timesteps.as_ref().unwrap_or(&DEFAULT_TIMESTEPS) {
+            _ if self.map.is_some() => model.opt.timestep,
+            Timesteps::Span(low, ..) => *low,
+            Timesteps::List(list) => list.iter().copied().fold(f64::INFINITY, f64::min),
+        };
+        if self.time / smallest <= MOST_STEPS {
+            return Ok(());
+        }
+        Err(Failure::Usage(format!(
+            "error: {} at a timestep of {} makes {} steps, which nobody can wait for; the most is {}",
+            si(self.time, "s"),
+            si(smallest, "s"),
+            short(self.time / smallest),
+            short(MOST_STEPS),
+        )))
+    }
+
     fn integrators(&self) -> Vec<&'static Integrator> {
         let named: Vec<_> = self.integrators.iter().filter_map(|name| integrate::by_name(name)).collect();
         if named.is_empty() { integrate::ALL.to_vec() } else { named }
@@ -174,10 +200,13 @@ fn contactless(model: &Model) -> bool {
 }
 
 pub fn sweep(args: &Args) -> Result<(), Failure> {
-    let model = scene::load(&args.scene, &args.limits)?;
+    let directory = args.directory();
+    let written: Vec<PathBuf> = files::ALL.iter().map(|file| directory.join(file)).collect();
+    let written: Vec<_> = written.iter().map(|path| ("--out", Some(path.as_path()))).collect();
+    let model = scene::load_apart(&args.scene, &args.limits, &written)?;
+    args.can_wait(&model)?;
     let start = args.start.state(&model)?;
     let case = Case { model, start, seconds: args.time };
-    let directory = args.directory();
     if let Some(axes) = &args.map {
         let request = map::Request {
             path: &args.scene,

@@ -41,12 +41,12 @@ impl Film {
 
     /// Pictures that show `duration` simulated seconds, both ends included.
     pub fn frames(&self, duration: f64) -> usize {
-        (duration / self.speed * self.fps + 1e-6).floor() as usize + 1
+        ((duration / self.speed * self.fps + 1e-6).floor() as usize).saturating_add(1)
     }
 
     /// Pictures that show every step of a recorded session; the last one may come a little after its end.
     pub fn frames_to_end(&self, duration: f64) -> usize {
-        (duration / self.speed * self.fps - 1e-6).ceil().max(0.0) as usize + 1
+        ((duration / self.speed * self.fps - 1e-6).ceil().max(0.0) as usize).saturating_add(1)
     }
 
     /// Simulated time of a frame, s.

@@ -77,6 +77,9 @@ pub enum Change {
     State(Start),
 }
 
+/// A session of more steps was never played: eleven days at a timestep of 1 ms.
+pub const MOST_STEPS: u64 = 1_000_000_000;
+
 /// The version of [`Log`] that this program writes and reads.
 pub const VERSION: u32 = 1;
 
@@ -86,6 +89,9 @@ impl Log {
         let log: Log = serde_json::from_str(text).map_err(|e| format!("this is not a recorded session: {e}"))?;
         if log.penny_run != VERSION {
             return Err(format!("this session has format {}, and this penny reads format {VERSION}", log.penny_run));
+        }
+        if log.steps > MOST_STEPS {
+            return Err(format!("this session says that it has {} steps; the most is {MOST_STEPS}", log.steps));
         }
         if log.inputs.windows(2).any(|pair| pair[0].step > pair[1].step) {
             return Err("this session is damaged: its inputs are not in the order of their steps".to_owned());

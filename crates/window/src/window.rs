@@ -29,6 +29,10 @@ struct Window {
     app: App,
     path: PathBuf,
     limits: Limits,
+    /// Steps that the record has.
+    recorded: u64,
+    /// When it was written, s.
+    kept: f64,
     record: Option<PathBuf>,
     watched: Vec<(PathBuf, Option<SystemTime>)>,
     looked: f64,
@@ -129,6 +133,8 @@ impl Window {
             app: App::new(open.stage),
             path: open.path,
             limits: open.limits,
+            recorded: 0,
+            kept: 0.0,
             record: open.record,
             watched,
             looked: 0.0,
@@ -144,6 +150,7 @@ impl Window {
             return;
         }
         self.looked = now;
+        self.keep_record(now);
         let mut saved = false;
         for (file, time) in &mut self.watched {
             let changed = modified(file);
@@ -185,7 +192,20 @@ impl Window {
 
     fn write_run(&self, path: &Path) -> Result<(), String> {
         let text = self.app.stage.session.log().to_json();
-        std::fs::write(path, text).map_err(|e| format!("cannot write `{}`: {}", path.display(), penny::reason(e)))
+        penny::draft::write(path, text).map_err(|e| format!("cannot write `{}`: {}", path.display(), penny::reason(e)))
+    }
+
+    /// With `--record`, what was played until now is in the file, whatever ends the program.
+    fn keep_record(&mut self, now: f64) {
+        let steps = self.app.stage.session.steps;
+        if let Some(path) = &self.record
+            && steps != self.recorded
+            && now - self.kept >= 0.75
+        {
+            // A problem is told when the window is closed.
+            let _ = self.write_run(path);
+            (self.recorded, self.kept) = (steps, now);
+        }
     }
 
     /// Another scene begins: with `--record`, what was played until now goes beside the file that will hold the rest.

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use crate::Failure;
 use crate::files::cannot_write;
+use penny::draft;
 use penny_lab::sweep::grid::{Row, Target};
 use penny_lab::sweep::reference::Reference;
 
@@ -53,6 +54,8 @@ impl Earlier {
 
 const CSV: &str = "sweep.csv";
 const JSON: &str = "sweep.json";
+/// All files of a sweep.
+pub const ALL: [&str; 4] = [CSV, JSON, PICTURES[0], PICTURES[1]];
 pub const PICTURES: [&str; 2] = ["sweep.svg", "sweep.png"];
 
 /// Moves what an earlier sweep left into a folder of its own.
@@ -110,14 +113,17 @@ impl Files {
 
     pub fn append(&mut self, row: Row) -> std::io::Result<()> {
         let mut file = fs::OpenOptions::new().append(true).open(&self.csv)?;
-        file.write_all(&lines(std::slice::from_ref(&row), self.rows.is_empty())?)?;
+        let whole = file.metadata()?.len();
+        // No room: the last row is a whole one.
+        let written = file.write_all(&lines(std::slice::from_ref(&row), self.rows.is_empty())?);
+        written.inspect_err(|_| drop(file.set_len(whole)))?;
         self.rows.push(row);
         Ok(())
     }
 
     /// All rows anew.
     pub fn rewrite(&self, rows: &[Row]) -> std::io::Result<()> {
-        replace(&self.csv, &lines(rows, true)?)
+        draft::write(&self.csv, lines(rows, true)?)
     }
 
     fn write_json(&self, finished: bool, notes: &[String], rows: &[Row]) -> std::io::Result<()> {
@@ -125,20 +131,12 @@ impl Files {
         document["finished"] = json!(finished);
         document["truth"] = json!(notes);
         document["rows"] = json!(rows);
-        replace(&self.json, format!("{document:#}\n").as_bytes())
+        draft::write(&self.json, format!("{document:#}\n"))
     }
 
     pub fn finish(&self, notes: &[String], rows: &[Row]) -> Result<(), Failure> {
         self.write_json(true, notes, rows).map_err(cannot(&self.json))
     }
-}
-
-/// Writes a file in one go: an interruption leaves the old one or the new one.
-fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut aside = path.as_os_str().to_owned();
-    aside.push(".new");
-    fs::write(&aside, bytes)?;
-    fs::rename(aside, path)
 }
 
 fn lines(rows: &[Row], header: bool) -> std::io::Result<Vec<u8>> {

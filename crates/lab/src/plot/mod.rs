@@ -155,5 +155,5 @@ pub fn save(figure: &Figure, path: &Path) -> Result<(), String> {
         Some("png") => png(figure)?,
         _ => return Err(format!("`{}` must end in .svg or .png", path.display())),
     };
-    std::fs::write(path, bytes).map_err(|e| format!("cannot write `{}`: {}", path.display(), penny::reason(e)))
+    penny::draft::write(path, bytes).map_err(|e| format!("cannot write `{}`: {}", path.display(), penny::reason(e)))
 }

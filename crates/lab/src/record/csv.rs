@@ -23,6 +23,11 @@ impl Csv {
         self.out.push(&(row.join(",") + "\n"))
     }
 
+    /// Writes rows that have waited for half a second.
+    pub fn tick(&mut self) -> Result<()> {
+        self.out.tick()
+    }
+
     pub fn finish(self) -> Result<()> {
         self.out.finish()
     }

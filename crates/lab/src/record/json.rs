@@ -40,6 +40,11 @@ impl Json {
         self.out.push(&format!("{comma}\n[{}]", row.join(",")))
     }
 
+    /// Writes rows that have waited for half a second.
+    pub fn tick(&mut self) -> Result<()> {
+        self.out.tick()
+    }
+
     pub fn finish(self) -> Result<()> {
         self.out.finish()
     }

@@ -27,10 +27,22 @@ pub fn path() -> Option<PathBuf> {
     Some(folder.join("penny").join("best.json"))
 }
 
-/// The list, best first; empty if there is none yet or it cannot be read.
+/// The list, best first; empty if there is none yet. One that cannot be read is kept aside, as `best.damaged.json`, so
+/// that the next goal does not overwrite it.
 pub fn load(path: &Path) -> Vec<Entry> {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
-    serde_json::from_str(&text).unwrap_or_default()
+    let Ok(bytes) = std::fs::read(path) else { return Vec::new() };
+    serde_json::from_slice(&bytes).unwrap_or_else(|_| {
+        let free = |n: &usize| !damaged(path, *n).exists();
+        if let Some(n) = (0..).find(free) {
+            let _ = std::fs::rename(path, damaged(path, n));
+        }
+        Vec::new()
+    })
+}
+
+fn damaged(path: &Path, n: usize) -> PathBuf {
+    let ending = if n == 0 { "damaged.json".to_owned() } else { format!("damaged-{n}.json") };
+    path.with_extension(ending)
 }
 
 /// Adds an entry where it belongs and returns its place (from 0), or none if it is not among the best.
@@ -46,5 +58,5 @@ pub fn save(path: &Path, list: &[Entry]) -> std::io::Result<()> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder)?;
     }
-    std::fs::write(path, serde_json::to_string_pretty(list)?)
+    penny::draft::write(path, serde_json::to_string_pretty(list)?)
 }

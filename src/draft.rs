@@ -1,0 +1,105 @@
+//! A file that takes its place only when it is whole.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{ErrorKind, Result};
+use std::path::{Path, PathBuf};
+
+/// A file that is written beside the one it will replace, as `name.unfinished.ending`.
+///
+/// Until [`Draft::keep`] the old file is untouched, and a draft that is dropped leaves nothing behind. Devices and pipes
+/// are written to directly, and so is a file in a folder where no other can be made.
+#[derive(Debug)]
+pub struct Draft {
+    /// Without links: the file itself is replaced, not a link to it.
+    target: PathBuf,
+    /// Where it is written meanwhile.
+    aside: Option<PathBuf>,
+}
+
+impl Draft {
+    /// Begins a draft, empty.
+    ///
+    /// Errors: the file could not be written.
+    pub fn new(path: &Path) -> Result<Draft> {
+        let target = real(path);
+        let about = fs::metadata(&target).ok();
+        if about.as_ref().is_some_and(|m| !m.is_file()) {
+            OpenOptions::new().write(true).open(&target)?;
+            return Ok(Draft { target, aside: None });
+        }
+        if about.is_some() {
+            OpenOptions::new().write(true).open(&target)?;
+        }
+        let aside = beside(&target);
+        match create(&aside) {
+            Ok(_) => {}
+            Err(e) if e.kind() == ErrorKind::PermissionDenied && about.is_some() => {
+                return Ok(Draft { target, aside: None });
+            }
+            Err(e) => return Err(e),
+        }
+        let draft = Draft { target, aside: Some(aside) };
+        if let Some(about) = about {
+            fs::set_permissions(draft.path(), about.permissions())?;
+        }
+        Ok(draft)
+    }
+
+    /// Where to write.
+    pub fn path(&self) -> &Path {
+        self.aside.as_deref().unwrap_or(&self.target)
+    }
+
+    /// Opens it, emptied.
+    pub fn open(&self) -> Result<File> {
+        OpenOptions::new().write(true).truncate(true).open(self.path())
+    }
+
+    /// It is whole: it replaces the old file in one go.
+    pub fn keep(mut self) -> Result<()> {
+        match self.aside.take() {
+            None => Ok(()),
+            Some(aside) => fs::rename(&aside, &self.target).inspect_err(|_| {
+                let _ = fs::remove_file(&aside);
+            }),
+        }
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        if let Some(aside) = &self.aside {
+            let _ = fs::remove_file(aside);
+        }
+    }
+}
+
+/// Replaces a file in one go: an interruption leaves the old one or the new one.
+pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
+    let draft = Draft::new(path)?;
+    std::io::Write::write_all(&mut draft.open()?, bytes.as_ref())?;
+    draft.keep()
+}
+
+/// The path without links and detours, also of a file that does not exist yet.
+pub fn real(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let in_folder = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| path.to_owned())
+}
+
+/// What an earlier interruption left is replaced, and never followed if it is a link.
+fn create(path: &Path) -> Result<File> {
+    let _ = fs::remove_file(path);
+    OpenOptions::new().write(true).create_new(true).open(path)
+}
+
+fn beside(path: &Path) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(".unfinished");
+    if let Some(ending) = path.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    path.with_file_name(name)
+}
