@@ -80,6 +80,8 @@ pub struct Data {
     pub qacc: Vec<f64>,
     /// Generalized force of contacts, limits and dry friction (nv).
     pub qfrc_constraint: Vec<f64>,
+    /// What the scene's sensors measured, one after the other: see [`crate::sensors`].
+    pub sensordata: Vec<f64>,
     pub counts: Counts,
     /// Of the last solve for contact forces: most linear systems of an island, largest residual that was left.
     pub solver: Outcome,
@@ -314,6 +316,7 @@ impl Data {
             joint_rows: Vec::new(),
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
+            sensordata: vec![0.0; model.nsensordata],
             counts: Counts::default(),
             solver: Outcome::default(),
             unsolved: 0,

@@ -16,6 +16,7 @@ use crate::diverged::{diverged, sane};
 use crate::dynamics;
 pub use crate::method::{Method, ROUNDS};
 use crate::model::Model;
+use crate::sensors;
 use crate::state::State;
 
 /// Advances the state by one timestep.
@@ -105,6 +106,14 @@ fn check(model: &Model, method: &Method, state: &State) -> Result<(), StepError>
 /// A step whose contact forces are left with a larger residual than this counts as unconverged: a hundredth of a percent of
 /// the weight that a contact carries.
 const CONVERGED: f64 = 1e-4;
+
+/// What every step begins with: [`forward`] at the state, the sensors there, and what the next step's contact law starts
+/// from.
+pub fn begin(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
+    forward(model, method, state, data);
+    sensors::sense(model, method.contact, state, data);
+    state.remember(method.contact.start, data);
+}
 
 /// Forces and accelerations at the state: everything but the integration.
 ///

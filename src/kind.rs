@@ -74,3 +74,147 @@ pub enum Cone {
     Pyramidal,
     Elliptic,
 }
+
+/// What a sensor measures; [`crate::sensors`] says how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorKind {
+    Touch,
+    Accelerometer,
+    Velocimeter,
+    Gyro,
+    Force,
+    Torque,
+    Magnetometer,
+    RangeFinder,
+    JointPos,
+    JointVel,
+    JointActuatorForce,
+    ActuatorPos,
+    ActuatorVel,
+    ActuatorForce,
+    BallQuat,
+    BallAngVel,
+    JointLimitPos,
+    JointLimitVel,
+    JointLimitForce,
+    FramePos,
+    FrameQuat,
+    FrameXAxis,
+    FrameYAxis,
+    FrameZAxis,
+    FrameLinVel,
+    FrameAngVel,
+    FrameLinAcc,
+    FrameAngAcc,
+    SubtreeCom,
+    SubtreeLinVel,
+    SubtreeAngMom,
+    InsideSite,
+    PotentialEnergy,
+    KineticEnergy,
+    Clock,
+}
+
+impl SensorKind {
+    pub const ALL: &[SensorKind] = &[
+        SensorKind::Touch,
+        SensorKind::Accelerometer,
+        SensorKind::Velocimeter,
+        SensorKind::Gyro,
+        SensorKind::Force,
+        SensorKind::Torque,
+        SensorKind::Magnetometer,
+        SensorKind::RangeFinder,
+        SensorKind::JointPos,
+        SensorKind::JointVel,
+        SensorKind::JointActuatorForce,
+        SensorKind::ActuatorPos,
+        SensorKind::ActuatorVel,
+        SensorKind::ActuatorForce,
+        SensorKind::BallQuat,
+        SensorKind::BallAngVel,
+        SensorKind::JointLimitPos,
+        SensorKind::JointLimitVel,
+        SensorKind::JointLimitForce,
+        SensorKind::FramePos,
+        SensorKind::FrameQuat,
+        SensorKind::FrameXAxis,
+        SensorKind::FrameYAxis,
+        SensorKind::FrameZAxis,
+        SensorKind::FrameLinVel,
+        SensorKind::FrameAngVel,
+        SensorKind::FrameLinAcc,
+        SensorKind::FrameAngAcc,
+        SensorKind::SubtreeCom,
+        SensorKind::SubtreeLinVel,
+        SensorKind::SubtreeAngMom,
+        SensorKind::InsideSite,
+        SensorKind::PotentialEnergy,
+        SensorKind::KineticEnergy,
+        SensorKind::Clock,
+    ];
+
+    /// The MJCF element.
+    pub fn name(self) -> &'static str {
+        match self {
+            SensorKind::Touch => "touch",
+            SensorKind::Accelerometer => "accelerometer",
+            SensorKind::Velocimeter => "velocimeter",
+            SensorKind::Gyro => "gyro",
+            SensorKind::Force => "force",
+            SensorKind::Torque => "torque",
+            SensorKind::Magnetometer => "magnetometer",
+            SensorKind::RangeFinder => "rangefinder",
+            SensorKind::JointPos => "jointpos",
+            SensorKind::JointVel => "jointvel",
+            SensorKind::JointActuatorForce => "jointactuatorfrc",
+            SensorKind::ActuatorPos => "actuatorpos",
+            SensorKind::ActuatorVel => "actuatorvel",
+            SensorKind::ActuatorForce => "actuatorfrc",
+            SensorKind::BallQuat => "ballquat",
+            SensorKind::BallAngVel => "ballangvel",
+            SensorKind::JointLimitPos => "jointlimitpos",
+            SensorKind::JointLimitVel => "jointlimitvel",
+            SensorKind::JointLimitForce => "jointlimitfrc",
+            SensorKind::FramePos => "framepos",
+            SensorKind::FrameQuat => "framequat",
+            SensorKind::FrameXAxis => "framexaxis",
+            SensorKind::FrameYAxis => "frameyaxis",
+            SensorKind::FrameZAxis => "framezaxis",
+            SensorKind::FrameLinVel => "framelinvel",
+            SensorKind::FrameAngVel => "frameangvel",
+            SensorKind::FrameLinAcc => "framelinacc",
+            SensorKind::FrameAngAcc => "frameangacc",
+            SensorKind::SubtreeCom => "subtreecom",
+            SensorKind::SubtreeLinVel => "subtreelinvel",
+            SensorKind::SubtreeAngMom => "subtreeangmom",
+            SensorKind::InsideSite => "insidesite",
+            SensorKind::PotentialEnergy => "e_potential",
+            SensorKind::KineticEnergy => "e_kinetic",
+            SensorKind::Clock => "clock",
+        }
+    }
+
+    /// How many numbers it gives.
+    pub fn dim(self) -> usize {
+        use SensorKind::*;
+        match self {
+            FrameQuat | BallQuat => 4,
+            Accelerometer | Velocimeter | Gyro | Force | Torque | Magnetometer | BallAngVel | FramePos | FrameXAxis
+            | FrameYAxis | FrameZAxis | FrameLinVel | FrameAngVel | FrameLinAcc | FrameAngAcc | SubtreeCom
+            | SubtreeLinVel | SubtreeAngMom => 3,
+            _ => 1,
+        }
+    }
+
+    /// Whether `cutoff` means something: not for unit vectors and quaternions.
+    pub fn clips(self) -> bool {
+        use SensorKind::*;
+        !matches!(self, FrameQuat | BallQuat | FrameXAxis | FrameYAxis | FrameZAxis)
+    }
+
+    /// Never negative: `cutoff` bounds it from above only.
+    pub fn positive(self) -> bool {
+        matches!(self, SensorKind::Touch | SensorKind::InsideSite)
+    }
+}

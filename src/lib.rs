@@ -18,6 +18,7 @@ pub mod method;
 pub mod mjcf;
 pub mod model;
 mod prepare;
+pub mod sensors;
 pub mod state;
 
 use std::path::Path;

@@ -68,6 +68,21 @@ pub fn turn(axis: &Vec3, angle: f64) -> Quat {
     Quat::new_unchecked(nalgebra::Quaternion::new(cos, axis.x * sin, axis.y * sin, axis.z * sin))
 }
 
+/// Product of turns by three angles (rad) about the axes that `sequence` names: x, y, z about the turned axes, each
+/// factor on the right; X, Y, Z about the fixed ones, on the left.
+pub fn euler(sequence: &[u8; 3], angles: &[f64; 3]) -> Quat {
+    sequence.iter().zip(angles).fold(Quat::identity(), |q, (letter, angle)| {
+        let axis = match letter.to_ascii_lowercase() {
+            b'x' => Vec3::x(),
+            b'y' => Vec3::y(),
+            _ => Vec3::z(),
+        };
+        let (sin, cos) = (0.5 * angle).sin_cos();
+        let factor = quat(&[cos, axis.x * sin, axis.y * sin, axis.z * sin]);
+        if letter.is_ascii_lowercase() { q * factor } else { factor * q }
+    })
+}
+
 /// Sine and cosine; small angles as in [`exp`].
 #[inline]
 fn sin_cos(x: f64) -> (f64, f64) {

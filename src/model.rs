@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::math::{Mat3, Quat, Vec3};
 
-pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind};
+pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind, SensorKind};
 
 /// A compiled scene.
 ///
@@ -64,7 +64,11 @@ pub struct Parts {
     pub joints: Vec<Joint>,
     pub dofs: Vec<Dof>,
     pub geoms: Vec<Geom>,
+    pub sites: Vec<Site>,
     pub actuators: Vec<Actuator>,
+    pub sensors: Vec<Sensor>,
+    /// How many numbers the sensors give.
+    pub nsensordata: usize,
     /// The moving parts of the scene; what is in no tree never moves.
     pub trees: Vec<Tree>,
     /// Geom pairs that can touch, in MuJoCo's contact order.
@@ -101,6 +105,8 @@ pub struct Options {
     pub flags: Flags,
     /// `<flag override="enable">`: for every contact, in place of what its geoms say.
     pub contact_override: Option<ContactOverride>,
+    /// Magnetic flux density, which magnetometers measure, T.
+    pub magnetic: Vec3,
 }
 
 /// `o_friction`, `o_solref`, `o_solimp`, `o_margin`; units as in [`Mix`].
@@ -129,6 +135,7 @@ pub struct Flags {
     pub refsafe: bool,
     pub eulerdamp: bool,
     pub diagexact: bool,
+    pub sensor: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -220,6 +227,49 @@ pub struct Geom {
     pub margin: f64,
     pub gap: f64,
     pub rgba: [f32; 4],
+}
+
+/// A place on a body.
+#[derive(Clone, Debug)]
+pub struct Site {
+    pub name: String,
+    pub body: usize,
+    /// Pose in the body's frame.
+    pub pos: Vec3,
+    pub quat: Quat,
+    /// Its volume, for sensors; `None` for a shape that Penny lacks. Size as in [`Geom::size`].
+    pub kind: Option<GeomKind>,
+    pub size: Vec3,
+}
+
+/// A measurement, taken in every step.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    pub name: String,
+    pub kind: SensorKind,
+    pub object: Object,
+    /// The frame in which something is measured, `None` for the world's; of `insidesite` the site.
+    pub reference: Option<Object>,
+    /// Values are clipped to this; 0: they are not.
+    pub cutoff: f64,
+    /// Standard deviation that the file states; nothing is added to the values.
+    pub noise: f64,
+    /// Where in `sensordata` its first number is.
+    pub adr: usize,
+}
+
+/// What a sensor is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Object {
+    World,
+    /// The inertial frame of a body.
+    Body(usize),
+    /// The frame of a body.
+    Xbody(usize),
+    Geom(usize),
+    Site(usize),
+    Joint(usize),
+    Actuator(usize),
 }
 
 /// A kinematic tree: bodies that hang together by joints, apart from the world.

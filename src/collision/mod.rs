@@ -11,6 +11,7 @@ mod convex;
 pub mod detect;
 mod manifold;
 mod plane;
+pub mod ray;
 mod sphere;
 pub mod sweep;
 

@@ -74,7 +74,17 @@ pub fn keyframes(world: &World, spec: &Spec, log: &mut Log) -> Vec<Keyframe> {
     for key in &spec.keyframes {
         let mut numbers = |attribute: &'static str, given: &Option<Vec<f64>>, default: Vec<f64>| match given {
             None => default,
-            Some(values) if values.len() == default.len() => values.clone(),
+            Some(values) if values.len() <= default.len() => {
+                if values.len() < default.len() {
+                    let rest = if attribute == "qpos" { "`qpos0`" } else { "zeros" };
+                    let (needs, given) = (layout::numbers(default.len()), layout::given(values.len()));
+                    let problem = ProblemKind::KeyframeShort { attribute, needs, given, rest };
+                    log.value_warning(key.node, attribute, problem, meaning(world, attribute));
+                }
+                let mut filled = default;
+                filled[..values.len()].copy_from_slice(values);
+                filled
+            }
             Some(values) => {
                 let problem = ProblemKind::KeyframeCount {
                     attribute,

@@ -82,7 +82,8 @@ fn same_structure(before: &Parts, now: &Parts) -> Result<(), Invalid> {
     let lists = |m: &Parts| {
         let nothing_else =
             [m.bodies.len(), m.joints.len(), m.dofs.len(), m.geoms.len(), m.actuators.len(), m.trees.len()];
-        (m.nq, m.nv, m.qpos0.len(), nothing_else)
+        let sensors: Vec<_> = m.sensors.iter().map(|s| (s.kind, s.object, s.reference, s.adr)).collect();
+        (m.nq, m.nv, m.qpos0.len(), nothing_else, m.sites.len(), m.nsensordata, sensors)
     };
     let bodies = |m: &Parts| {
         let of = |b: &crate::model::Body| (b.parent, b.weld, b.tree, b.joints.clone(), b.dofs.clone(), b.geoms.clone());

@@ -71,17 +71,7 @@ pub fn orientation(orientation: &Orientation, compiler: &Compiler) -> Result<Qua
             let y = y / y.norm();
             from_columns(&Mat3::from_columns(&[x, y, x.cross(&y)]))
         }
-        Orientation::Euler(angles) => {
-            compiler.eulerseq.iter().zip(angles).fold(Quat::identity(), |q, (letter, angle)| {
-                let axis = match letter.to_ascii_lowercase() {
-                    b'x' => Vec3::x(),
-                    b'y' => Vec3::y(),
-                    _ => Vec3::z(),
-                };
-                let factor = turn(axis, radian(angle));
-                if letter.is_ascii_lowercase() { q * factor } else { factor * q }
-            })
-        }
+        Orientation::Euler(angles) => math::euler(&compiler.eulerseq, &angles.map(radian)),
     })
 }
 

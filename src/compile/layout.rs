@@ -4,7 +4,7 @@ use super::frames::{self, EPS, NoDirection};
 use super::{Log, Names};
 use crate::math::{Quat, Vec3};
 use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
-use crate::model::{Body, Dof, Geom, GeomKind, Joint, JointKind, Tree};
+use crate::model::{Body, Dof, Geom, GeomKind, Joint, JointKind, Site, Tree};
 
 /// The scene laid out, each item with the element it came from.
 pub struct World<'a> {
@@ -12,6 +12,7 @@ pub struct World<'a> {
     pub joints: Vec<Joint>,
     pub dofs: Vec<Dof>,
     pub geoms: Vec<Geom>,
+    pub sites: Vec<Site>,
     pub trees: Vec<Tree>,
     pub qpos0: Vec<f64>,
     pub body_specs: Vec<&'a spec::Body>,
@@ -26,6 +27,9 @@ impl World<'_> {
     pub fn geom_names(&self) -> Names<'_> {
         Names::new("geom", self.geoms.iter().map(|g| g.name.as_str()))
     }
+    pub fn site_names(&self) -> Names<'_> {
+        Names::new("site", self.sites.iter().map(|s| s.name.as_str()))
+    }
     pub fn joint_names(&self) -> Names<'_> {
         Names::new("joint", self.joints.iter().map(|j| j.name.as_str()))
     }
@@ -37,6 +41,7 @@ pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {
         joints: Vec::new(),
         dofs: Vec::new(),
         geoms: Vec::new(),
+        sites: Vec::new(),
         trees: Vec::new(),
         qpos0: Vec::new(),
         body_specs: Vec::new(),
@@ -91,6 +96,9 @@ fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, comp
     }
     for geom in &body.geoms {
         add_geom(world, geom, id, compiler, log);
+    }
+    for site in &body.sites {
+        add_site(world, site, id, compiler, log);
     }
     for child in &body.children {
         add_body(world, child, id, compiler, log);
@@ -208,7 +216,9 @@ fn anchor_and_axis(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log
 
 /// The limits of a joint in m or rad, if it has any. An empty range was reported by the reader.
 fn range(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log) -> Option<[f64; 2]> {
-    let [low, high] = joint.range.filter(|[low, high]| low < high)?;
+    let held = joint.kind == JointKind::Ball && joint.limited == Some(true);
+    let given = if held { Some(joint.range.unwrap_or_default()) } else { joint.range };
+    let [low, high] = given.filter(|[low, high]| held || low < high)?;
     if joint.kind == JointKind::Free || joint.limited == Some(false) {
         return None;
     }
@@ -254,6 +264,27 @@ fn add_geom<'a>(world: &mut World<'a>, geom: &'a spec::Geom, body: usize, compil
         rgba: geom.rgba,
     });
     world.geom_specs.push(geom);
+}
+
+fn add_site(world: &mut World, site: &spec::Site, body: usize, compiler: &spec::Compiler, log: &mut Log) {
+    let between = site.fromto.as_ref().map(frames::fromto).transpose().and_then(|between| match between {
+        Some((pos, quat, half)) => {
+            frames::in_frames(&site.pose.frames, (pos, quat), compiler).map(|(pos, quat)| (pos, quat, Some(half)))
+        }
+        None => frames::pose(&site.pose, compiler).map(|(pos, quat)| (pos, quat, None)),
+    });
+    let (pos, quat, half) = between.unwrap_or_else(|kind| {
+        no_direction(site.node, kind, log);
+        (Vec3::zeros(), Quat::identity(), None)
+    });
+    let [x, y, z] = site.size;
+    let size = match (half, site.kind) {
+        (Some(half), Some(GeomKind::Capsule | GeomKind::Cylinder)) => Vec3::new(x, half, z),
+        (Some(half), Some(GeomKind::Box | GeomKind::Ellipsoid)) => Vec3::new(x, x, half),
+        _ => Vec3::new(x, y, z),
+    };
+    let name = site.name.clone().unwrap_or_default();
+    world.sites.push(Site { name, body, pos, quat, kind: site.kind, size });
 }
 
 /// Pose in the body's frame, and size (m).

@@ -11,6 +11,7 @@ mod layout;
 mod masses;
 mod pairs;
 mod plan;
+mod sensors;
 
 use std::collections::BTreeMap;
 
@@ -36,6 +37,7 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     let actuators = controls::actuators(&world, spec, &mut log);
     controls::closed_forms(&mut world, &actuators);
     let keyframes = controls::keyframes(&world, spec, &mut log);
+    let sensors = sensors::sensors(&world, &actuators, spec, &mut log);
     let tutorial = tutorial_params(spec, &mut log);
     check_settings(spec, &mut log);
     if !log.errors.is_empty() {
@@ -51,7 +53,10 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         joints: world.joints,
         dofs: world.dofs,
         geoms: world.geoms,
+        sites: world.sites,
         actuators,
+        nsensordata: sensors.iter().map(|s| s.kind.dim()).sum(),
+        sensors,
         trees: world.trees,
         pairs,
         mixes,
@@ -104,6 +109,12 @@ impl Log<'_> {
     /// Something that MuJoCo accepts, but that does not do what it seems to.
     fn warning(&mut self, node: NodeId, kind: ProblemKind, help: impl Into<String>) {
         let span = self.document.span(node);
+        self.warnings.push(problem(kind, span, help));
+    }
+
+    /// The same about the value of an attribute.
+    fn value_warning(&mut self, node: NodeId, attribute: &str, kind: ProblemKind, help: impl Into<String>) {
+        let span = self.document.value_span(node, attribute);
         self.warnings.push(problem(kind, span, help));
     }
 
@@ -171,6 +182,7 @@ fn options(spec: &Spec) -> Options {
             refsafe: flag("refsafe"),
             eulerdamp: flag("eulerdamp"),
             diagexact: spec.flags.get("diagexact").copied().unwrap_or(false),
+            sensor: flag("sensor"),
         },
         contact_override: spec.flags.get("override").copied().unwrap_or(false).then_some(ContactOverride {
             friction: option.o_friction.map(|mu| mu.max(pairs::MIN_MU)),
@@ -178,6 +190,7 @@ fn options(spec: &Spec) -> Options {
             solimp: option.o_solimp,
             margin: option.o_margin,
         }),
+        magnetic: option.magnetic.into(),
     }
 }
 

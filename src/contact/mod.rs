@@ -234,6 +234,14 @@ fn assemble_all(task: &Task, island: &mut Island) {
     assemble(task, &mut islands, 0, island);
 }
 
+/// Where a law's force acts on each of the two bodies of a contact. World, m.
+pub fn points_of(model: &Model, law: &Law, contact: &Contact) -> [Vec3; 2] {
+    match law.lever {
+        Lever::Midpoint => [contact.pos; 2],
+        Lever::Surface => surface_points(contact, contact.body.map(|b| model.bodies[b as usize].tree)),
+    }
+}
+
 /// Where each side's body is touched under [`Lever::Surface`]; `moves`: the trees, or whatever stands for them. World, m.
 fn surface_points(contact: &Contact, moves: [Option<usize>; 2]) -> [Vec3; 2] {
     if moves[0].is_some() && moves[1].is_some() {

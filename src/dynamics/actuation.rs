@@ -30,10 +30,12 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
             ctrl = ctrl.max(low).min(high);
         }
         let [constant, length_gain, velocity_gain] = actuator.bias;
+        if joint.kind == JointKind::Ball && actuator.gain == -length_gain {
+            ctrl = nearest(ctrl, length(model, actuator, &state.qpos), gear);
+        }
         let mut force = actuator.gain * ctrl + constant;
         if velocity_gain != 0.0 {
-            let velocity: f64 = gear.iter().zip(&state.qvel[joint.dofadr..]).map(|(g, v)| g * v).sum();
-            force += velocity_gain * velocity;
+            force += velocity_gain * velocity(model, actuator, &state.qvel);
         }
         if length_gain != 0.0 {
             force += length_gain * length(model, actuator, &state.qpos);
@@ -48,12 +50,26 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
     }
 }
 
+/// The setpoint of a position servo that turns a ball joint, on the circle: of all that differ by full turns the one
+/// nearest to the length.
+fn nearest(setpoint: f64, length: f64, gear: &[f64]) -> f64 {
+    let turn = std::f64::consts::TAU * gear.iter().map(|g| g * g).sum::<f64>().sqrt();
+    if turn > 0.0 { setpoint + turn * ((length - setpoint) / turn).round() } else { setpoint }
+}
+
 /// The gear numbers that count: one for each dof of the joint.
 pub fn gear<'a>(model: &Model, actuator: &'a Actuator) -> &'a [f64] {
     &actuator.gear[..model.joints[actuator.joint].kind.nv()]
 }
 
-fn length(model: &Model, actuator: &Actuator, qpos: &[f64]) -> f64 {
+/// gear·q̇, with ω in body axes.
+pub fn velocity(model: &Model, actuator: &Actuator, qvel: &[f64]) -> f64 {
+    let first = model.joints[actuator.joint].dofadr;
+    gear(model, actuator).iter().zip(&qvel[first..]).map(|(g, v)| g * v).sum()
+}
+
+/// gear·q; q of a ball joint is its rotation vector, a free joint has length 0.
+pub fn length(model: &Model, actuator: &Actuator, qpos: &[f64]) -> f64 {
     let joint = &model.joints[actuator.joint];
     let q = &qpos[joint.qposadr..];
     match joint.kind {

@@ -1,6 +1,6 @@
 use super::{Integrator, add_scaled, displace};
 use crate::data::Data;
-use crate::forward::{Method, forward};
+use crate::forward::{Method, begin};
 use crate::model::Model;
 use crate::state::State;
 
@@ -20,8 +20,7 @@ pub const METHOD: Integrator = Integrator {
 ///     q ← q ⊕ h v,   v ← v + h a(q, v)
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
-    forward(model, method, state, data);
-    state.remember(method.contact.start, data);
+    begin(model, method, state, data);
     displace(model, &mut state.qpos, &state.qvel, h);
     add_scaled(&mut state.qvel, h, &data.qacc);
     state.time += h;

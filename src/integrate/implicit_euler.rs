@@ -6,6 +6,7 @@ use crate::dynamics::spatial::{ang, lin};
 use crate::dynamics::{self, free};
 use crate::forward::{Method, forward};
 use crate::model::Model;
+use crate::sensors;
 use crate::state::State;
 
 pub const METHOD: Integrator = Integrator {
@@ -130,6 +131,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
         }
         displace_from(model, state, &newton.v, h, &mut trial);
     }
+    sensors::sense(model, method.contact, &trial, data);
     state.remember(method.contact.start, data);
     state.qvel.copy_from_slice(&newton.v);
     state.qpos.copy_from_slice(&trial.qpos);

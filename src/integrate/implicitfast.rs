@@ -1,7 +1,7 @@
 use super::{Integrator, add_scaled, displace, semi_implicit_euler};
 use crate::data::Data;
 use crate::dynamics::actuation;
-use crate::forward::{Method, forward};
+use crate::forward::{Method, begin};
 use crate::math::{Mat3, Mat6, Vec3, Vec6, cross, vec3};
 use crate::model::{FreeBody, JointKind, Model, Tree};
 use crate::state::State;
@@ -33,8 +33,7 @@ pub fn supports(model: &Model, keyword: &str) -> bool {
 /// Source: MuJoCo 4.0 manual, Computation › Numerical integration › Integrators, Gyroscopic derivatives.
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
-    forward(model, method, state, data);
-    state.remember(method.contact.start, data);
+    begin(model, method, state, data);
     data.stages.acc.copy_from_slice(&data.qacc);
     for (t, tree) in model.trees.iter().enumerate() {
         match &tree.free {

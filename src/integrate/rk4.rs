@@ -1,6 +1,6 @@
 use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
 use crate::data::Data;
-use crate::forward::{Method, forward};
+use crate::forward::{Method, begin, forward};
 use crate::math::{Vec3, vec3};
 use crate::model::{JointKind, Model};
 use crate::state::{Start, State};
@@ -47,8 +47,7 @@ const WEIGHT: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 /// Source: MuJoCo 4.0 manual, Computation › Numerical integration; Munthe-Kaas, BIT 38 (1998).
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let (h, time) = (method.timestep, state.time);
-    forward(model, method, state, data);
-    state.remember(method.contact.start, data);
+    begin(model, method, state, data);
     let Data { stages: s, qacc, .. } = data;
     s.qpos.copy_from_slice(&state.qpos);
     s.qvel.copy_from_slice(&state.qvel);

@@ -1,6 +1,6 @@
 use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
 use crate::data::Data;
-use crate::forward::{Method, forward};
+use crate::forward::{Method, begin};
 use crate::model::Model;
 use crate::state::State;
 
@@ -32,8 +32,7 @@ pub fn amplification(spring: &DampedSpring, h: f64) -> Matrix2 {
 /// Source: MuJoCo 4.0 manual, Computation › Numerical integration.
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
-    forward(model, method, state, data);
-    state.remember(method.contact.start, data);
+    begin(model, method, state, data);
     if data.plan.eulerdamp {
         damped_acceleration(model, h, data);
         add_scaled(&mut state.qvel, h, &data.stages.acc);

@@ -38,6 +38,11 @@ impl Reader<'_> {
                     }
                 }
                 "frame" => self.frame(child, body, context),
+                // It holds a frame for each replica.
+                "replicate" => self.children(child, body, context),
+                "site" => body.sites.extend(self.site(child, context)),
+                // Not used, but what its class says of it is checked.
+                "camera" => drop(self.item(child, "body", context.class)),
                 "inertial" | "joint" | "freejoint" if context.depth == 0 => {
                     let element = self.document.node(child).name.clone();
                     let kind = ProblemKind::NotInWorld { element };
@@ -237,18 +242,25 @@ impl Reader<'_> {
         })
     }
 
+    fn site(&mut self, node: NodeId, context: &Context) -> Option<Site> {
+        let item = self.item(node, "body", context.class)?;
+        if item.given("fromto") {
+            self.fromto(&item);
+        }
+        Some(Site {
+            node,
+            name: item.name(),
+            kind: simple_shape(item.word("type")).filter(|_| !item.given("mesh")),
+            pose: item.pose(context.frames),
+            fromto: item.optional("fromto"),
+            size: item.array("size"),
+        })
+    }
+
     /// The shape; `None` for one that Penny lacks, which is an error unless the geom is only there to be seen.
     fn geom_kind(&mut self, item: &Item, body: NodeId, context: &Context) -> Option<GeomKind> {
         let name = item.word("type");
-        let kind = match name {
-            "plane" => Some(GeomKind::Plane),
-            "sphere" => Some(GeomKind::Sphere),
-            "capsule" => Some(GeomKind::Capsule),
-            "ellipsoid" => Some(GeomKind::Ellipsoid),
-            "cylinder" => Some(GeomKind::Cylinder),
-            "box" => Some(GeomKind::Box),
-            _ => None,
-        };
+        let kind = simple_shape(name);
         // A simple shape with a `mesh` takes its size from that mesh.
         if kind.is_some() && !item.given("mesh") {
             return kind;
@@ -299,6 +311,8 @@ impl Reader<'_> {
         let [low, high] = item.array("range");
         let own = self.document.attribute(item.node, "range").is_some();
         let (kind, help) = match item.maybe("limited") {
+            // A ball joint takes its range for 0 0 and is held where it is.
+            Some(true) if item.word("type") == "ball" => return,
             Some(true) if !item.given("range") => (ProblemKind::LimitedWithoutRange, "add `range=\"low high\"`"),
             Some(true) if low >= high => (ProblemKind::RangeEmpty { low, high }, "give the smaller number first"),
             None if low > high && own => (ProblemKind::RangeLost, "give the smaller number first"),
@@ -306,4 +320,9 @@ impl Reader<'_> {
         };
         self.problems.push(Problem::new(kind, self.document.value_span(item.node, "range")).help(help));
     }
+}
+
+fn simple_shape(keyword: &str) -> Option<GeomKind> {
+    use GeomKind::{Box, Capsule, Cylinder, Ellipsoid, Plane, Sphere};
+    [Plane, Sphere, Capsule, Ellipsoid, Cylinder, Box].into_iter().find(|kind| kind.name() == keyword)
 }

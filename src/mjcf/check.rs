@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::defaults::{MAIN, ORIENTATIONS};
 use super::document::{Attribute, Document, NodeId, Span};
 use super::error::{Problem, ProblemKind};
+use super::files;
 use super::limits::Limits;
 use super::lints;
 use super::nearest::nearest;
@@ -15,9 +16,10 @@ use super::suggestions;
 /// Finds whatever is wrong with the names and values of a document.
 ///
 /// `whole`: the XML was intact, so that what is missing from the document is missing from the file.
-pub fn check(document: &Document, whole: bool, limits: &Limits) -> Vec<Problem> {
+/// The second part of the value is what is defined.
+pub fn check<'a>(document: &'a Document, whole: bool, limits: &'a Limits) -> (Vec<Problem>, Names<'a>) {
     let Some(root) = document.root() else {
-        return Vec::new();
+        return Default::default();
     };
     let mut check = Check {
         document,
@@ -32,15 +34,41 @@ pub fn check(document: &Document, whole: bool, limits: &Limits) -> Vec<Problem> 
     let name = &document.node(root).name;
     if name != "mujoco" {
         let problem = Problem::new(ProblemKind::NotMjcf { found: name.clone() }, document.span(root));
-        return vec![problem.suggest(nearest(name, ["mujoco"]))];
+        return (vec![problem.suggest(nearest(name, ["mujoco"]))], Names::new());
     }
     if let Some(row) = schema::SCHEMA.first() {
         check.element(root, row, "mujoco", "");
     }
     if whole {
         check.all_references();
+        check.problems.extend(files::missing(document, root));
     }
-    check.problems
+    (check.problems, check.names)
+}
+
+/// What is defined: of what, the name and where.
+pub type Names<'a> = BTreeMap<&'static str, BTreeMap<&'a str, Span>>;
+
+/// Whether something of that name is defined.
+pub fn is_defined(names: &Names, what: &str, name: &str) -> bool {
+    (what == "body" && name == "world") || names.get(what).is_some_and(|of| of.contains_key(name))
+}
+
+/// Takes attributes out that are empty where a number or a name should be: MuJoCo reads them as not given.
+pub fn forget_empty(document: &mut Document) {
+    let Some(root) = document.root() else { return };
+    let mut open = vec![(root, schema::SCHEMA.first())];
+    while let Some((node, row)) = open.pop() {
+        let node = &mut document.nodes[node.0 as usize];
+        let counts = |kind| matches!(kind, Kind::Numbers(..) | Kind::Integers(..) | Kind::Name(_) | Kind::Reference(_));
+        let meant =
+            |a: &Attribute| row.and_then(|row| row.attribute(&a.name)).is_some_and(|column| counts(column.kind));
+        node.attributes.retain(|a| !(a.value.trim().is_empty() && meant(a)));
+        let (name, children) = (node.name.clone(), node.children.clone());
+        open.extend(
+            children.into_iter().map(|child| (child, schema::find(&name, &document.nodes[child.0 as usize].name))),
+        );
+    }
 }
 
 /// Default classes are names too.
@@ -51,8 +79,7 @@ struct Check<'a> {
     whole: bool,
     problems: Vec<Problem>,
     limits: &'a Limits,
-    /// What is defined: of what, the name and where.
-    names: BTreeMap<&'static str, BTreeMap<&'a str, Span>>,
+    names: Names<'a>,
     /// What is referred to: (what, name, where).
     references: Vec<(&'static str, &'a str, Span)>,
     /// Names that may still be compared with misspelt ones.
@@ -92,7 +119,7 @@ impl<'a> Check<'a> {
         }
         let in_default = parent == "default" && name != "default";
         for attribute in &element.attributes {
-            self.attribute(attribute, name, row, in_default);
+            self.attribute(node, attribute, name, row, in_default);
         }
         self.one_orientation(node);
         if name == "default" {
@@ -150,7 +177,14 @@ impl<'a> Check<'a> {
         near.and_then(|near| schema::find(&parent, near).map(|row| (row, near)))
     }
 
-    fn attribute(&mut self, attribute: &'a Attribute, element: &str, row: &'static Element, in_default: bool) {
+    fn attribute(
+        &mut self,
+        node: NodeId,
+        attribute: &'a Attribute,
+        element: &str,
+        row: &'static Element,
+        in_default: bool,
+    ) {
         let (element, name) = (element.to_string(), attribute.name.clone());
         let Some(column) = row.attribute(&attribute.name) else {
             if !row.is_silent(&attribute.name) {
@@ -173,6 +207,9 @@ impl<'a> Check<'a> {
             Kind::Name(_) if attribute.value.is_empty() => {}
             Kind::Name(what) => self.define(what, &attribute.value, attribute.value_span),
             Kind::Reference(_) if matches!(column.status, Status::Unsupported(..)) => {}
+            // What a class names matters only to elements that end up with it: the reader sees which.
+            Kind::Reference(_) if in_default => {}
+            Kind::ReferenceBy(by) => self.reference_by(node, attribute, by),
             Kind::Class => self.references.push((CLASS, &attribute.value, attribute.value_span)),
             Kind::Reference(what) => self.references.push((what, &attribute.value, attribute.value_span)),
             Kind::Text => {}
@@ -181,6 +218,15 @@ impl<'a> Check<'a> {
             Kind::Integers(min, max) => self.integers(attribute, column, min, max),
         }
         self.status(attribute, column);
+    }
+
+    /// A name whose kind another attribute says.
+    fn reference_by(&mut self, node: NodeId, attribute: &'a Attribute, by: &str) {
+        if let Some(kind) = self.document.attribute(node, by)
+            && let Some(what) = schema::kind_named(&kind.value)
+        {
+            self.references.push((what, &attribute.value, attribute.value_span));
+        }
     }
 
     /// An attribute that Penny does not honour matters only where it differs from the default.
@@ -303,29 +349,34 @@ impl<'a> Check<'a> {
 
     fn all_references(&mut self) {
         for (what, name, span) in std::mem::take(&mut self.references) {
-            let defined = self.names.entry(what).or_default();
-            if (what == "body" && name == "world") || defined.contains_key(name) {
-                continue;
-            }
-            let count = defined.len();
-            let known: Vec<&str> = defined.keys().copied().take(self.suggestions.max(6)).collect();
-            let help = match self.nearest(name, known.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if what == "material" => format!("add `<material name=\"{name}\"/>` to `<asset>`"),
-                None => match count {
-                    0 => format!("no {what} has a name here"),
-                    1..=5 => format!("there is {}", or(known.iter().map(|n| format!("`{n}`")))),
-                    _ => String::new(),
-                },
-            };
-            let name = name.to_string();
-            let kind = match what {
-                CLASS => ProblemKind::UnknownClass { name },
-                _ => ProblemKind::UnknownReference { what: what.into(), name },
-            };
-            let problem = Problem::new(kind, span);
-            self.problems.push(if help.is_empty() { problem } else { problem.help(help) });
+            self.unknown(what, name, span);
         }
+    }
+
+    /// A reference to something that is not defined.
+    fn unknown(&mut self, what: &'static str, name: &str, span: Span) {
+        if is_defined(&self.names, what, name) {
+            return;
+        }
+        let defined = self.names.entry(what).or_default();
+        let count = defined.len();
+        let known: Vec<&str> = defined.keys().copied().take(self.suggestions.max(6)).collect();
+        let help = match self.nearest(name, known.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if what == "material" => format!("add `<material name=\"{name}\"/>` to `<asset>`"),
+            None => match count {
+                0 => format!("no {what} has a name here"),
+                1..=5 => format!("there is {}", or(known.iter().map(|n| format!("`{n}`")))),
+                _ => String::new(),
+            },
+        };
+        let name = name.to_string();
+        let kind = match what {
+            CLASS => ProblemKind::UnknownClass { name },
+            _ => ProblemKind::UnknownReference { what: what.into(), name },
+        };
+        let problem = Problem::new(kind, span);
+        self.problems.push(if help.is_empty() { problem } else { problem.help(help) });
     }
 
     fn keyword(&mut self, attribute: &Attribute, words: &[&'static str]) {
@@ -413,6 +464,7 @@ impl<'a> Check<'a> {
             }
             Rule::Positive if value <= 0.0 => "positive".to_string(),
             Rule::NotNegative if value < 0.0 => "zero or positive".to_string(),
+            Rule::AtLeast(least) if value < f64::from(least) => format!("{least} or more"),
             Rule::OneOf(list) if !list.iter().any(|&n| f64::from(n) == value) => or(list.iter().map(i32::to_string)),
             _ => return self.lint(attribute, column, word, index),
         };

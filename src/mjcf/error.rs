@@ -154,6 +154,9 @@ pub enum ProblemKind {
     #[error("`{attribute}` looks like radians, but angles are in degrees here")]
     LooksLikeRadians { attribute: String },
 
+    #[error("{what}")]
+    Meaningless { what: String },
+
     // What Penny leaves out.
     #[error("`{name}` is not supported: {lost}")]
     Unsupported { name: String, lost: String },
@@ -225,6 +228,8 @@ pub enum ProblemKind {
     PairAtRest,
     #[error("`{attribute}` of this scene has {needs}, but {given} given")]
     KeyframeCount { attribute: &'static str, needs: String, given: String },
+    #[error("`{attribute}` of this scene has {needs}, but {given} given: MuJoCo fills up from {rest}")]
+    KeyframeShort { attribute: &'static str, needs: String, given: String, rest: &'static str },
     #[error("`{name}` must be one number, zero or more")]
     NotOneCoefficient { name: String },
     #[error("`{name}` is no contact law")]
@@ -287,6 +292,7 @@ impl ProblemKind {
             ColourCut { .. } => "colour-cut",
             LongTimestep { .. } => "long-timestep",
             LooksLikeRadians { .. } => "looks-like-radians",
+            Meaningless { .. } => "meaningless",
             Unsupported { .. } => "unsupported",
             Ignored { .. } => "ignored",
             SeveralOrientations { .. } => "several-orientations",
@@ -320,6 +326,7 @@ impl ProblemKind {
             TooManyClasses { .. } => "too-many-classes",
             PairAtRest => "pair-at-rest",
             KeyframeCount { .. } => "keyframe-count",
+            KeyframeShort { .. } => "keyframe-short",
             NotOneCoefficient { .. } => "not-one-coefficient",
             UnknownLaw { .. } => "unknown-law",
             UnknownTruth { .. } => "unknown-truth",
@@ -338,6 +345,7 @@ impl ProblemKind {
             | PairAtRest
             | MixedSolref { .. }
             | NothingMoves
+            | KeyframeShort { .. }
             | Clamped { .. }
             | Raised { .. }
             | ColourCut { .. }

@@ -11,6 +11,7 @@ mod check;
 mod defaults;
 pub mod document;
 pub mod error;
+mod files;
 mod item;
 mod limits;
 mod lints;
@@ -19,6 +20,7 @@ mod parse;
 mod printable;
 mod read;
 mod render;
+mod replicate;
 pub mod schema;
 pub mod source;
 pub mod spec;
@@ -78,13 +80,26 @@ pub fn parse(name: &str, text: &str) -> Result<Loaded, Failure> {
     finish(parse::parse(name, text, &limits), &limits)
 }
 
-fn finish((document, mut problems): (Document, Vec<Problem>), limits: &Limits) -> Result<Loaded, Failure> {
+fn finish((mut document, mut problems): (Document, Vec<Problem>), limits: &Limits) -> Result<Loaded, Failure> {
     let failed = |problems: &[Problem]| problems.iter().any(|p| p.severity() == Severity::Error);
     let whole = !failed(&problems);
-    problems.extend(check::check(&document, whole, limits));
-    let spec = document.root().filter(|_| whole).map(|root| read::read(&document, root, &mut problems));
+    check::forget_empty(&mut document);
+    if whole {
+        let compiler = read::compiler(&document);
+        replicate::expand(&mut document, &compiler, limits, &mut problems);
+    }
+    let (found, names) = check::check(&document, whole, limits);
+    problems.extend(found);
+    let spec = document.root().filter(|_| whole).map(|root| read::read(&document, root, &names, &mut problems));
+    once_each(&mut problems);
     match spec {
         Some(spec) if !failed(&problems) => Ok(Loaded { document, spec, warnings: problems }),
         _ => Err(Failure { document, problems }),
     }
+}
+
+/// What every replica of an element has wrong is said once.
+fn once_each(problems: &mut Vec<Problem>) {
+    let mut said = std::collections::BTreeSet::new();
+    problems.retain(|problem| said.insert((problem.span, problem.kind.to_string())));
 }

@@ -147,7 +147,7 @@ fn not_utf8(file: String, bytes: &[u8], valid: usize) -> Unread {
 }
 
 /// A file beside the missing one with nearly its name.
-fn similar_file(path: &Path) -> Option<String> {
+pub(super) fn similar_file(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy().into_owned();
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let entries = folder.read_dir().ok()?.flatten().take(MOST_ENTRIES);

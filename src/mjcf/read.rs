@@ -5,21 +5,23 @@
 use std::collections::BTreeMap;
 
 use super::bodies::{Context, no_frames};
-use super::defaults::{self, Classes, MAIN, Values};
+use super::check::{self, Names};
+use super::defaults::{self, Classes, MAIN, Value, Values};
 use super::document::{Document, NodeId, Span};
 use super::error::{Problem, ProblemKind};
 use super::item::Item;
 use super::lints;
 use super::nearest::nearest;
-use super::schema::{self, Element};
+use super::schema::{self, Element, Kind};
 use super::spec::*;
 
 /// Reads the scene below the `mujoco` element.
-pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> Spec {
+pub fn read(document: &Document, root: NodeId, names: &Names, problems: &mut Vec<Problem>) -> Spec {
     let sections = |name: &str| -> Vec<NodeId> {
         document.node(root).children.iter().copied().filter(|&n| document.node(n).name == name).collect()
     };
-    let mut reader = Reader { document, problems, degree: true, inertiafromgeom: None, classes: Classes::default() };
+    let mut reader = Reader::new(document, names, problems);
+    reader.users = reader.users(&sections("size"));
     let compiler = reader.compiler(&sections("compiler"));
     reader.degree = compiler.degree;
     reader.inertiafromgeom = compiler.inertiafromgeom;
@@ -34,6 +36,7 @@ pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> S
         pairs: Vec::new(),
         excludes: Vec::new(),
         actuators: Vec::new(),
+        sensors: Vec::new(),
         keyframes: Vec::new(),
         numerics: Vec::new(),
         texts: Vec::new(),
@@ -48,17 +51,49 @@ pub fn read(document: &Document, root: NodeId, problems: &mut Vec<Problem>) -> S
     for node in sections("actuator") {
         spec.actuators.extend(reader.actuators(node));
     }
+    for node in sections("sensor") {
+        spec.sensors.extend(reader.sensors(node));
+    }
+    // `<size nkey>` adds keyframes that say nothing.
+    if let Some(size) = reader.merged(&sections("size"), "mujoco", "size") {
+        let (wanted, node) = (size.integer("nkey").max(0) as usize, size.node);
+        if wanted > MAX_KEYS {
+            let rule = format!("at most {MAX_KEYS}");
+            let kind = ProblemKind::OutOfRange { attribute: "nkey".into(), rule, word: wanted.to_string() };
+            reader.report(kind, document.value_span(node, "nkey"));
+        }
+        let wanted = wanted.min(MAX_KEYS);
+        spec.keyframes.resize_with(spec.keyframes.len().max(wanted), || Keyframe { node, ..Keyframe::default() });
+    }
     spec
+}
+
+/// What `<compiler>` says, problems aside.
+pub fn compiler(document: &Document) -> Compiler {
+    let children = document.root().map_or(&[][..], |root| &document.node(root).children);
+    let nodes: Vec<NodeId> = children.iter().copied().filter(|&n| document.node(n).name == "compiler").collect();
+    Reader::new(document, &Names::new(), &mut Vec::new()).compiler(&nodes)
 }
 
 pub struct Reader<'a> {
     pub document: &'a Document,
+    /// What is defined.
+    names: &'a Names<'a>,
     pub problems: &'a mut Vec<Problem>,
     /// `<compiler angle>`
     degree: bool,
     /// `<compiler inertiafromgeom>`
     pub inertiafromgeom: Option<bool>,
     classes: Classes,
+    /// `<size>`: how many `user` numbers an element may have, and the attribute that says so, by element.
+    users: BTreeMap<&'static str, (&'static str, usize)>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(document: &'a Document, names: &'a Names<'a>, problems: &'a mut Vec<Problem>) -> Reader<'a> {
+        let (classes, users) = Default::default();
+        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, users }
+    }
 }
 
 impl Reader<'_> {
@@ -75,7 +110,61 @@ impl Reader<'_> {
         if self.degree {
             lints::radians(self.document, node, row, &item.values, self.problems);
         }
+        self.inherited_references(&item);
+        self.user_numbers(&item);
         Some(item)
+    }
+
+    /// What an element's class refers to must be there as soon as the element is.
+    fn inherited_references(&mut self, item: &Item) {
+        for column in item.row.typed_attributes() {
+            if let (Kind::Reference(what), Some(Value::Text(name))) = (column.kind, item.values.get(column.name))
+                && self.document.attribute(item.node, column.name).is_none()
+            {
+                if !check::is_defined(self.names, what, name) {
+                    let known = self.names.get(what).into_iter().flat_map(|of| of.keys().copied());
+                    let near = nearest(name, known);
+                    let kind = ProblemKind::UnknownReference { what: what.into(), name: name.clone() };
+                    let element = &self.document.node(item.node).name;
+                    let problem = Problem::new(kind, self.document.span(item.node))
+                        .help(format!("a default class gives it to this {element}"));
+                    self.problems.push(problem.suggest(near));
+                }
+            }
+        }
+    }
+
+    fn user_numbers(&mut self, item: &Item) {
+        let element = self.document.node(item.node).name.as_str();
+        let Some(&(size, most)) = self.users.get(element) else { return };
+        let found = item.numbers("user").len();
+        if found > most {
+            let plural = if most == 1 { "" } else { "s" };
+            let expected = format!("at most {most} number{plural} by `<size {size}>`");
+            let found = format!("{found} are");
+            let kind = ProblemKind::WrongCount { attribute: "user".into(), expected, found };
+            self.report(kind, self.document.value_span(item.node, "user"));
+        }
+    }
+
+    /// Reads `<size nuser_…>`, as far as it limits something.
+    fn users(&mut self, nodes: &[NodeId]) -> BTreeMap<&'static str, (&'static str, usize)> {
+        let Some(item) = self.merged(nodes, "mujoco", "size") else { unreachable!("the schema has `size`") };
+        let elements = |names: &'static str| schema::children(names).collect::<Vec<_>>();
+        let (actuators, sensors, tendons) = (elements("actuator"), elements("sensor"), elements("tendon"));
+        let each: [(&'static str, &[&'static str]); 8] = [
+            ("nuser_body", &["body"]),
+            ("nuser_jnt", &["joint"]),
+            ("nuser_geom", &["geom"]),
+            ("nuser_site", &["site"]),
+            ("nuser_cam", &["camera"]),
+            ("nuser_tendon", &tendons),
+            ("nuser_actuator", &actuators),
+            ("nuser_sensor", &sensors),
+        ];
+        let limited = each.iter().filter(|(size, _)| item.integer(size) >= 0);
+        let rows = limited.flat_map(|&(size, of)| of.iter().map(move |&element| (element, size)));
+        rows.map(|(element, size)| (element, (size, item.integer(size) as usize))).collect()
     }
 
     fn overlaid(&mut self, node: NodeId, row: &'static Element, mut values: Values) -> Item {
@@ -129,6 +218,7 @@ impl Reader<'_> {
             impratio: item.number("impratio"),
             tolerance: item.number("tolerance"),
             iterations: item.number("iterations") as usize,
+            magnetic: item.array("magnetic"),
             o_margin: item.number("o_margin"),
             o_solref: item.array("o_solref"),
             o_solimp: item.array("o_solimp"),
@@ -229,6 +319,54 @@ impl Reader<'_> {
         }
     }
 
+    fn sensors(&mut self, section: NodeId) -> Vec<Sensor> {
+        let nodes = &self.document.node(section).children;
+        nodes.iter().filter_map(|&node| self.sensor(node)).collect()
+    }
+
+    /// `None` for what Penny does not measure, which the check has said.
+    fn sensor(&mut self, node: NodeId) -> Option<Sensor> {
+        let element = &self.document.node(node).name;
+        let item = self.item(node, "sensor", MAIN)?;
+        let kind = SensorKind::ALL.iter().copied().find(|kind| kind.name() == element)?;
+        let word = |name: &str| item.word(name).to_string();
+        let named = |of: &str| (of.to_string(), word(of));
+        let object = ["joint", "actuator", "body"].into_iter().find(|of| item.given(of));
+        let (object, reference) = match object {
+            Some(of) => (named(of), None),
+            _ if item.given("objname") => {
+                let pair = [("reftype", "refname"), ("refname", "reftype")];
+                if let Some((_, missing)) = pair.into_iter().find(|(a, b)| item.given(a) && !item.given(b)) {
+                    let kind = ProblemKind::MissingAttribute { element: element.clone(), attribute: missing.into() };
+                    self.report(kind, self.document.span(node));
+                }
+                let reference = item.given("refname").then(|| (word("reftype"), word("refname")));
+                let within = item.given("site").then(|| named("site"));
+                ((word("objtype"), word("objname")), within.or(reference))
+            }
+            None => (named("site"), None),
+        };
+        let absent = item.row.attribute("site").is_some() && !item.given("site");
+        let unmeasured =
+            absent || item.yes("enclosed") || item.word("data") != item.row.attribute("data").map_or("", |c| c.default);
+        let camera = [Some(&object), reference.as_ref()].into_iter().flatten().any(|(of, _)| of == "camera");
+        if camera {
+            let lost = "Penny has no cameras that measure; the other sensors are not affected".to_string();
+            let kind = ProblemKind::Ignored { name: element.clone(), lost };
+            self.report(kind, self.document.span(node));
+        }
+        if unmeasured || camera {
+            return None;
+        }
+        if item.number("cutoff") > 0.0 && !kind.clips() {
+            let what = "`cutoff` has no meaning for unit vectors and quaternions".to_string();
+            let kind = ProblemKind::Meaningless { what };
+            self.problems.push(Problem::new(kind, self.document.name_span(node, "cutoff")).help("leave it out"));
+        }
+        let (cutoff, noise) = (item.number("cutoff"), item.number("noise"));
+        Some(Sensor { node, name: item.name(), kind, object, reference, cutoff, noise })
+    }
+
     fn actuators(&mut self, section: NodeId) -> Vec<Actuator> {
         let nodes = &self.document.node(section).children;
         nodes.iter().filter_map(|&node| self.actuator(node)).collect()
@@ -286,6 +424,8 @@ fn targets_other(attribute: &str) -> bool {
 }
 
 const MAX_NUMERIC: usize = 1_000_000;
+/// More empty keyframes than this nobody needs.
+const MAX_KEYS: usize = 10_000;
 
 /// `<custom>` numerics and texts that mean something to Penny.
 pub const PENNY_NUMERICS: &[&str] = &["penny.k", "penny.c", "penny.alpha", "penny.mu", "penny.mu_roll", "penny.goal"];

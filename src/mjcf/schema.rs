@@ -42,6 +42,8 @@ pub enum Kind {
     Name(&'static str),
     /// The name of an element of this kind.
     Reference(&'static str),
+    /// The name of an element whose kind this other attribute says, in MJCF's words: see [`kind_named`].
+    ReferenceBy(&'static str),
     /// The name of a default class.
     Class,
     Text,
@@ -59,6 +61,7 @@ pub enum Rule {
     Positive,
     NotNegative,
     OneOf(&'static [i32]),
+    AtLeast(i32),
 }
 
 /// Which numbers MuJoCo takes without a word although they are seldom meant: a warning.
@@ -93,7 +96,7 @@ pub(super) const ENABLE: &[&str] = &["disable", "enable"];
 
 pub(super) const fn attribute(name: &'static str, kind: Kind, default: &'static str, unit: &'static str) -> Attribute {
     let (rule, lint, status) = (Rule::Finite, Lint::None, Status::Supported);
-    let in_default = !matches!(kind, Kind::Name(_) | Kind::Reference(_) | Kind::Class);
+    let in_default = !matches!(kind, Kind::Name(_) | Kind::Reference(_) | Kind::ReferenceBy(_) | Kind::Class);
     Attribute { name, kind, default, unit, rule, lint, status, required: false, in_default }
 }
 pub(super) const fn number(name: &'static str, default: &'static str, unit: &'static str) -> Attribute {
@@ -122,6 +125,13 @@ pub(super) const fn name(of: &'static str) -> Attribute {
 }
 pub(super) const fn reference(name: &'static str, of: &'static str) -> Attribute {
     attribute(name, Kind::Reference(of), "", "")
+}
+pub(super) const fn reference_by(name: &'static str, by: &'static str) -> Attribute {
+    attribute(name, Kind::ReferenceBy(by), "", "")
+}
+/// Numbers for the user, which change no motion; how many there can be, `<size nuser_…>` says.
+pub(super) const fn user() -> Attribute {
+    list("user", "").without_effect()
 }
 pub(super) const fn class(name: &'static str) -> Attribute {
     attribute(name, Kind::Class, "", "")
@@ -251,6 +261,12 @@ impl Element {
     pub fn attribute_names(&self) -> impl Iterator<Item = &'static str> {
         self.typed_attributes().map(|a| a.name).chain(self.silent.split_ascii_whitespace())
     }
+}
+
+/// What an `objtype` or `reftype` names, as references call it.
+pub fn kind_named(objtype: &str) -> Option<&'static str> {
+    let kinds = ["body", "geom", "site", "camera", "joint", "tendon", "actuator"];
+    if objtype == "xbody" { Some("body") } else { kinds.into_iter().find(|kind| *kind == objtype) }
 }
 
 /// The element of that name inside that parent.

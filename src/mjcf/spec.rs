@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::document::NodeId;
-pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind};
+pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind, SensorKind};
 
 #[derive(Clone, Debug)]
 pub struct Spec {
@@ -20,6 +20,7 @@ pub struct Spec {
     pub pairs: Vec<Pair>,
     pub excludes: Vec<Exclude>,
     pub actuators: Vec<Actuator>,
+    pub sensors: Vec<Sensor>,
     pub keyframes: Vec<Keyframe>,
     pub numerics: Vec<Numeric>,
     pub texts: Vec<Text>,
@@ -54,6 +55,7 @@ pub struct OptionSpec {
     pub impratio: f64,
     pub tolerance: f64,
     pub iterations: usize,
+    pub magnetic: [f64; 3],
     /// Contact override (`<flag override>`): used only when that flag is enabled.
     pub o_margin: f64,
     pub o_solref: [f64; 2],
@@ -69,6 +71,7 @@ pub struct Body {
     pub inertial: Option<Inertial>,
     pub joints: Vec<Joint>,
     pub geoms: Vec<Geom>,
+    pub sites: Vec<Site>,
     /// Child bodies in file order. `<frame>` elements are already gone: their poses are in `Pose::frames`.
     pub children: Vec<Body>,
     pub mocap: bool,
@@ -159,6 +162,31 @@ pub struct Geom {
     pub rgba: [f32; 4],
 }
 
+#[derive(Clone, Debug)]
+pub struct Site {
+    pub node: NodeId,
+    pub name: Option<String>,
+    /// `None` for a mesh.
+    pub kind: Option<GeomKind>,
+    pub pose: Pose,
+    pub fromto: Option<[f64; 6]>,
+    pub size: [f64; 3],
+}
+
+/// An element of `<sensor>`.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    pub node: NodeId,
+    pub name: Option<String>,
+    pub kind: SensorKind,
+    /// What it measures: a kind (`joint`, `actuator`, `site`, `body`, `xbody`, `geom`) and a name; empty for none.
+    pub object: (String, String),
+    /// The same of the frame in which it measures, or the site of `insidesite`.
+    pub reference: Option<(String, String)>,
+    pub cutoff: f64,
+    pub noise: f64,
+}
+
 /// `<contact><pair>`
 #[derive(Clone, Debug)]
 pub struct Pair {
@@ -199,7 +227,7 @@ pub struct Actuator {
     pub bias: [f64; 3],
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Keyframe {
     pub node: NodeId,
     pub name: Option<String>,

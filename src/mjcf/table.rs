@@ -16,6 +16,11 @@ const ORIENTATION: &[Attribute] = &[
 ];
 const POS: Attribute = numbers("pos", 3, "0 0 0", "m");
 
+/// How many numbers each `user` of a kind of element has; −1: as many as the longest.
+const fn nuser(name: &'static str) -> Attribute {
+    integer(name, "-1").rule(Rule::AtLeast(-1)).without_effect()
+}
+
 const NOT_IN_LAW: &str = "the force of contacts would differ";
 const ONLY_JOINTS: &str = "Penny's actuators act on joints";
 
@@ -27,6 +32,11 @@ pub const SCHEMA: &[Element] = &[
         "compiler",
         "mujoco",
         &[&[
+            // Where files are looked for.
+            text("assetdir").without_effect(),
+            text("meshdir").without_effect(),
+            text("texturedir").without_effect(),
+            keyword("strippath", BOOL, "false").without_effect(),
             keyword("angle", &["radian", "degree"], "degree"),
             attribute("eulerseq", Kind::Text, "xyz", ""),
             keyword("autolimits", BOOL, "true"),
@@ -41,10 +51,7 @@ pub const SCHEMA: &[Element] = &[
             keyword("coordinate", &["local"], "local").without_effect(),
         ]],
     )
-    .and(
-        "assetdir conflict discardvisual fitaabb meshdir passthrough savecanonical savecompiled saveinertial strippath \
-         texturedir usethread",
-    ),
+    .and("conflict discardvisual fitaabb passthrough savecanonical savecompiled saveinertial usethread"),
     silent(
         "lengthrange",
         "compiler",
@@ -69,9 +76,9 @@ pub const SCHEMA: &[Element] = &[
                 .unsupported(NOT_IN_LAW, "leave it out; a large `impratio` reduces slip too"),
             number("density", "0", "kg/m³").unsupported("bodies would feel no drag of the medium", "leave it out"),
             number("viscosity", "0", "Pa s").unsupported("bodies would feel no drag of the medium", "leave it out"),
-            // Wind needs a medium, and only magnetometers feel a magnetic field.
+            // Wind needs a medium.
             numbers("wind", 3, "0 0 0", "m/s").without_effect(),
-            numbers("magnetic", 3, "0 -0.5 0", "T").without_effect(),
+            numbers("magnetic", 3, "0 -0.5 0", "T"),
             number("o_margin", "0", "m"),
             solref("o_solref"),
             solimp("o_solimp"),
@@ -103,10 +110,10 @@ pub const SCHEMA: &[Element] = &[
             flag("refsafe", "enable"),
             flag("eulerdamp", "enable"),
             flag("diagexact", "disable"),
+            flag("sensor", "enable"),
             flag("override", "disable"),
             // Bookkeeping, speed, or features that no scene of Penny has.
             flag("equality", "enable").without_effect(),
-            flag("sensor", "enable").without_effect(),
             flag("midphase", "enable").without_effect(),
             flag("autoreset", "enable").without_effect(),
             flag("nativeccd", "enable").without_effect(),
@@ -122,12 +129,22 @@ pub const SCHEMA: &[Element] = &[
         ]],
     )
     .once(),
-    silent(
+    element(
         "size",
         "mujoco",
-        "memory nconmax njmax nkey nstack nuser_actuator nuser_body nuser_cam nuser_geom nuser_jnt nuser_sensor \
-         nuser_site nuser_tendon nuserdata",
-    ),
+        &[&[
+            integer("nkey", "0").not_negative(),
+            nuser("nuser_body"),
+            nuser("nuser_jnt"),
+            nuser("nuser_geom"),
+            nuser("nuser_site"),
+            nuser("nuser_cam"),
+            nuser("nuser_tendon"),
+            nuser("nuser_actuator"),
+            nuser("nuser_sensor"),
+        ]],
+    )
+    .and("memory nconmax njmax nstack nuserdata"),
     silent("statistic", "mujoco", "center extent meaninertia meanmass meansize"),
     // Pictures.
     silent("visual", "mujoco", ""),
@@ -209,13 +226,14 @@ pub const SCHEMA: &[Element] = &[
             &[
                 keyword("mocap", BOOL, "false").ignored("nothing can move this body, it stays where it is"),
                 number("gravcomp", "0", "1").unsupported("the body would feel its full weight", "leave it out"),
+                user(),
             ],
         ],
     )
-    .and("fuse simple sleep user"),
+    .and("fuse simple sleep"),
     element(
         "frame",
-        REAL_WORLD,
+        "worldbody body frame replicate",
         &[
             &[name("frame").without_effect(), class("childclass"), class("class"), POS],
             ORIENTATION,
@@ -271,10 +289,11 @@ pub const SCHEMA: &[Element] = &[
                 "the joint's actuators would not be limited together",
                 "give each actuator a `forcerange`",
             ),
+            user(),
         ]],
     )
     // Without gravity compensation and a total force range these change nothing.
-    .and("group user actuatorfrclimited actuatorgravcomp"),
+    .and("group actuatorfrclimited actuatorgravcomp"),
     element("freejoint", REAL_WORLD, &[&[name("joint"), keyword("align", AUTO, "auto")]]).and("group"),
     element(
         "geom",
@@ -315,24 +334,40 @@ pub const SCHEMA: &[Element] = &[
                 numbers("surfacevel", 6, "0 0 0 0 0 0", "m/s, rad/s")
                     .unsupported("the surface would not move", "move the body instead"),
                 number("adhesion", "0", "N").unsupported("contacts would not stick", "leave it out"),
+                user(),
             ],
         ],
     )
     // Without a medium the fluid parameters change nothing; fitscale belongs to meshes.
-    .and("castshadow fitscale fluidcoef fluidshape user"),
-    silent("site", WITH_DEFAULT, "fromto group pos quat axisangle xyaxes zaxis euler rgba size type user").typed(&[&[
-        name("site"),
-        class("class"),
-        reference("material", "material").in_default(),
-        reference("mesh", "mesh").in_default(),
-    ]]),
+    .and("castshadow fitscale fluidcoef fluidshape"),
+    element(
+        "site",
+        WITH_DEFAULT,
+        &[
+            &[
+                name("site"),
+                class("class"),
+                keyword("type", &["sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh"], "sphere"),
+                up_to("size", 3, "0.005 0.005 0.005", "m").not_negative(),
+                POS,
+            ],
+            ORIENTATION,
+            &[
+                numbers("fromto", 6, "", "m"),
+                reference("material", "material").in_default(),
+                reference("mesh", "mesh").in_default(),
+                user(),
+            ],
+        ],
+    )
+    .and("group rgba"),
     silent(
         "camera",
         WITH_DEFAULT,
         "focal focalpixel fovy ipd mode output pos principal principalpixel projection quat axisangle xyaxes zaxis \
-         euler resolution sensorsize user",
+         euler resolution sensorsize",
     )
-    .typed(&[&[name("camera"), class("class"), reference("target", "body")]]),
+    .typed(&[&[name("camera"), class("class"), reference("target", "body"), user()]]),
     silent(
         "light",
         WITH_DEFAULT,
@@ -343,7 +378,17 @@ pub const SCHEMA: &[Element] = &[
     unsupported("plugin", "body geom", "its forces and shapes would be missing", "leave it out"),
     unsupported("flexcomp", "worldbody body frame", "the deformable body would be missing", "use rigid bodies"),
     unsupported("attach", "worldbody body frame", "the attached model would be missing", "use `include`"),
-    unsupported("replicate", REAL_WORLD, "the copies would be missing", "write the copies out"),
+    // Expanded before anything is read: what stands in it are frames, a replica each.
+    element(
+        "replicate",
+        REAL_WORLD,
+        &[&[
+            integer("count", "").not_negative().required(),
+            text("sep"),
+            numbers("offset", 3, "0 0 0", "m"),
+            numbers("euler", 3, "0 0 0", "angle"),
+        ]],
+    ),
     unsupported("composite", REAL_WORLD, "MuJoCo 4.0 has removed it too", "write the bodies out"),
     // Contacts.
     element("contact", "mujoco", &[]),
@@ -376,7 +421,7 @@ pub const SCHEMA: &[Element] = &[
     ),
     // Actuators.
     element("actuator", "mujoco", &[]),
-    element("motor", "actuator default", &[ACTUATOR]).and("group user interp"),
+    element("motor", "actuator default", &[ACTUATOR]).and("group interp"),
     element(
         "position",
         "actuator default",
@@ -391,9 +436,9 @@ pub const SCHEMA: &[Element] = &[
             ],
         ],
     )
-    .and("group user interp"),
+    .and("group interp"),
     element("velocity", "actuator default", &[ACTUATOR, &[number("kv", "1", "N s/m or N m s/rad")]])
-        .and("group user interp"),
+        .and("group interp"),
     element(
         "general",
         "actuator default",
@@ -417,7 +462,7 @@ pub const SCHEMA: &[Element] = &[
             ],
         ],
     )
-    .and("group user interp actdim actlimited actrange actearly dynprm velrange ffrange"),
+    .and("group interp actdim actlimited actrange actearly dynprm velrange ffrange"),
     unsupported(
         "intvelocity orientation pid damper cylinder muscle adhesion dcmotor plugin",
         "actuator",
@@ -425,21 +470,63 @@ pub const SCHEMA: &[Element] = &[
         "use `motor`, `position`, `velocity` or `general`",
     ),
     // Sensors.
-    silent("sensor", "mujoco", "")
-        .ignored("Penny measures nothing here; it records positions, velocities and energies"),
-    silent(
-        "touch accelerometer velocimeter gyro force torque magnetometer camprojection rangefinder jointpos jointvel \
-         tendonpos tendonvel actuatorpos actuatorvel actuatorfrc jointactuatorfrc tendonactuatorfrc ballquat \
-         ballangvel jointlimitpos jointlimitvel jointlimitfrc tendonlimitpos tendonlimitvel tendonlimitfrc framepos \
-         framequat \
-         framexaxis frameyaxis framezaxis framelinvel frameangvel framelinacc frameangacc subtreecom subtreelinvel \
-         subtreeangmom insidesite distance normal fromto contact e_potential e_kinetic clock tactile user plugin",
+    element("sensor", "mujoco", &[]),
+    element(
+        "touch accelerometer velocimeter gyro force torque magnetometer",
         "sensor",
-        "actuator body body1 body2 camera cutoff data datatype delay dim enclosed geom geom1 geom2 instance interp \
-         interval joint mesh needstage noise nsample num objname objtype plugin reduce refname reftype site subtree1 \
-         subtree2 tendon user",
+        &[SENSOR, &[reference("site", "site").required()]],
+    ),
+    element(
+        "rangefinder",
+        "sensor",
+        &[
+            SENSOR,
+            &[
+                reference("site", "site"),
+                reference("camera", "camera").ignored("Penny has no cameras that measure"),
+                attribute("data", Kind::Text, "dist", "").ignored("Penny gives the distance only"),
+            ],
+        ],
+    ),
+    element(
+        "jointpos jointvel jointactuatorfrc ballquat ballangvel jointlimitpos jointlimitvel jointlimitfrc",
+        "sensor",
+        &[SENSOR, &[reference("joint", "joint").required()]],
+    ),
+    element(
+        "actuatorpos actuatorvel actuatorfrc",
+        "sensor",
+        &[SENSOR, &[reference("actuator", "actuator").required()]],
+    ),
+    element(
+        "framepos framequat framexaxis frameyaxis framezaxis framelinvel frameangvel",
+        "sensor",
+        &[SENSOR, OBJECT, &[keyword("reftype", FRAMES, ""), reference_by("refname", "reftype")]],
+    ),
+    element("framelinacc frameangacc", "sensor", &[SENSOR, OBJECT]),
+    element("subtreecom subtreelinvel subtreeangmom", "sensor", &[SENSOR, &[reference("body", "body").required()]]),
+    element(
+        "insidesite",
+        "sensor",
+        &[
+            SENSOR,
+            OBJECT,
+            &[
+                reference("site", "site").required(),
+                keyword("enclosed", BOOL, "false").ignored("Penny asks only whether the origin is inside"),
+            ],
+        ],
+    ),
+    element("e_potential e_kinetic clock", "sensor", &[SENSOR]),
+    silent(
+        "tendonpos tendonvel tendonactuatorfrc tendonlimitpos tendonlimitvel tendonlimitfrc camprojection distance \
+         normal fromto contact tactile user plugin",
+        "sensor",
+        "body1 body2 camera cutoff data datatype delay dim geom geom1 geom2 instance interp interval mesh needstage \
+         noise nsample num objname objtype plugin reduce refname reftype site subtree1 subtree2 tendon user",
     )
-    .typed(&[&[name("sensor")]]),
+    .typed(&[&[name("sensor")]])
+    .ignored("Penny does not measure this; the other sensors are not affected"),
     // Other constraints.
     unsupported("equality", "mujoco", "what it ties together would come apart", "join the bodies by nesting them"),
     unsupported("tendon", "mujoco", "its forces and limits would be missing", "use joints with springs and ranges"),
@@ -473,6 +560,20 @@ pub const SCHEMA: &[Element] = &[
     .and("plastic"),
 ];
 
+const FRAMES: &[&str] = &["body", "xbody", "geom", "site", "camera"];
+const OBJECT: &[Attribute] =
+    &[keyword("objtype", FRAMES, "").required(), reference_by("objname", "objtype").required()];
+const SENSOR: &[Attribute] = &[
+    name("sensor"),
+    number("cutoff", "0", "").not_negative(),
+    number("noise", "0", "").not_negative(),
+    number("delay", "0", "s").ignored("the values come without delay"),
+    numbers("interval", 2, "0 0", "s").ignored("the values come in every step"),
+    integer("nsample", "0").without_effect(),
+    keyword("interp", &["zoh", "linear", "cubic"], "zoh").without_effect(),
+    user(),
+];
+
 const ACTUATOR: &[Attribute] = &[
     name("actuator"),
     class("class"),
@@ -494,4 +595,5 @@ const ACTUATOR: &[Attribute] = &[
     number("delay", "0", "s").unsupported("the control signal would not be delayed", "leave it out"),
     integer("nsample", "0").without_effect(),
     number("cranklength", "0", "m").without_effect(),
+    user(),
 ];

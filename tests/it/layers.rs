@@ -21,6 +21,7 @@ const LAYERS: &[&str] = &[
     "collision/detect",
     "dynamics",
     "contact",
+    "sensors",
     "prepare",
     "method",
     "diverged",

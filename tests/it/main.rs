@@ -26,6 +26,7 @@ mod conservation;
 mod contact_forces;
 mod explain;
 mod extremes;
+mod features;
 mod invariance;
 mod layers;
 mod models;

@@ -47,6 +47,7 @@ fn starts(model: &Model) -> Vec<(String, State)> {
         let mut state = State::new(model);
         state.qpos.clone_from(&key.qpos);
         state.qvel.clone_from(&key.qvel);
+        state.ctrl.clone_from(&key.ctrl);
         starts.push((key.name.clone(), state));
     }
     starts
@@ -129,6 +130,7 @@ fn every_scene_runs_a_second_under_every_law_and_integrator() {
 
 /// What every step of every scene does: (pairs at most, rows of a contact at most, evaluations of the forces).
 const WORK: &[(&str, usize, usize, usize)] = &[
+    ("arm.xml", 1, 3, 1),
     ("balls.xml", 9, 6, 1),
     ("box.xml", 1, 3, 1),
     ("circle.xml", 1, 6, 1),
@@ -167,7 +169,8 @@ fn a_step_does_only_what_the_scene_requires() {
                 assert!(contact.start != Start::Nothing || counts.solves == 0, "{what}");
                 touched |= counts.contacts > 0;
             }
-            assert_eq!(touched, pairs > 0, "{name} under {}", contact.name);
+            // The arm's finger touches the table only where its servos press it down.
+            assert_eq!(touched, pairs > 0 && name != "arm.xml", "{name} under {}", contact.name);
         }
     }
 }

@@ -76,7 +76,7 @@ fn every_default_of_the_schema_fits_its_own_column() {
         for column in row.typed_attributes() {
             let words: Vec<&str> = column.default.split_whitespace().collect();
             let fits = match column.kind {
-                Kind::Keyword(words) => words.contains(&column.default),
+                Kind::Keyword(words) => column.default.is_empty() || words.contains(&column.default),
                 Kind::Numbers(_, max) => words.len() <= max && words.iter().all(|w| w.parse::<f64>().is_ok()),
                 Kind::Integers(_, max) => words.len() <= max && words.iter().all(|w| w.parse::<i32>().is_ok()),
                 _ => true,
@@ -298,12 +298,27 @@ fn another_value(column: &schema::Attribute) -> String {
         Kind::Name(_) => "new".into(),
         Kind::Reference("geom" | "joint") => "other".into(),
         Kind::Reference(what) => what.into(),
+        Kind::ReferenceBy(_) => "body".into(),
         Kind::Class => "special".into(),
         Kind::Text => if column.name == "eulerseq" { "zyx" } else { "word" }.into(),
         Kind::Keyword(words) => words.iter().rfind(|w| **w != column.default).unwrap_or(&column.default).to_string(),
         Kind::Integers(min, _) => vec!["4"; min.max(1)].join(" "),
         Kind::Numbers(min, _) => (0..min).map(|i| format!("0.{}", 3 + i)).collect::<Vec<_>>().join(" "),
     }
+}
+
+/// A sensor of a row of the schema, with an attribute and all that it needs.
+fn sensor(names: &str, attribute: &str) -> String {
+    let name = names.split(' ').next().unwrap();
+    let Some(row) = schema::find("sensor", name).filter(|row| row.names == names) else { return String::new() };
+    let given = attribute.split('=').next().unwrap();
+    let all =
+        ["objtype='xbody'", "objname='world'", "joint='joint'", "actuator='other'", "site='other'", "body='world'"];
+    let needed = all.iter().filter(|a| {
+        let name = a.split('=').next().unwrap();
+        row.attribute(name).is_some() && name != given
+    });
+    format!("<{name} {} {attribute}/>", needed.copied().collect::<Vec<_>>().join(" "))
 }
 
 /// A scene with one more attribute in one element, and what else that element needs.
@@ -317,19 +332,26 @@ fn scene_with(element: &str, attribute: &str) -> String {
     };
     let only = |name: &str, always: &str| if name == element { tag(name, always) } else { String::new() };
     format!(
-        "<mujoco {root}>{compiler}{option}<option>{flag}</option>
+        "<mujoco {root}>{size}{compiler}{option}<option>{flag}</option>
         <default><default class='special'><geom condim='1'/><joint damping='9'/><pair condim='1'/>
-          <motor gear='7'/></default></default>
+          <motor gear='7'/><site pos='7 0 0'/></default></default>
         <asset><material name='material'/></asset>
-        <worldbody><body name='body'>{joint}<joint name='other' type='slide'/>{inertial}{geom}<geom name='other' size='1'/>
+        <worldbody><body name='body'>{joint}<joint name='other' type='slide'/>{inertial}{geom}<geom name='other' size='1'/>{site}<site name='other'/>
           <frame {frame}><geom size='1'/></frame></body>
-          <body {body}><geom size='1'/></body><body>{freejoint}<geom size='1'/></body></worldbody>
+          {replicate}<body {body}><geom size='1'/></body><body>{freejoint}<geom size='1'/></body></worldbody>
         <contact>{pair}{exclude}</contact>
-        <actuator>{motor}{position}{velocity}{general}</actuator>
+        <actuator>{motor}{position}{velocity}{general}<motor name='other' joint='other'/></actuator><sensor>{sensor}</sensor>
         <custom>{numeric}{text}</custom><keyframe>{key}</keyframe></mujoco>",
         root = if element == "mujoco" { attribute } else { "" },
         frame = if element == "frame" { attribute } else { "" },
         body = if element == "body" { attribute } else { "" },
+        replicate = if element == "replicate" {
+            let count = if attribute.contains("count") { "" } else { "count='2'" };
+            format!("<replicate {count} {attribute}><body name='copied'/></replicate>")
+        } else {
+            String::new()
+        },
+        size = only("size", ""),
         compiler = only("compiler", ""),
         option = only("option", ""),
         flag = only("flag", ""),
@@ -337,9 +359,11 @@ fn scene_with(element: &str, attribute: &str) -> String {
         freejoint = tag("freejoint", ""),
         inertial = only("inertial", "pos='0 0 0' mass='1'"),
         geom = tag("geom", "name='geom' size='1'"),
+        site = tag("site", "name='site'"),
+        sensor = sensor(element, attribute),
         pair = only("pair", "geom1='geom' geom2='other'"),
         exclude = only("exclude", "body1='world' body2='body'"),
-        motor = only("motor", "joint='joint'"),
+        motor = if element == "motor" { only("motor", "joint='joint'") } else { "<motor name='actuator' joint='joint'/>".into() },
         position = only("position", "joint='joint'"),
         velocity = only("velocity", "joint='joint'"),
         general = only("general", "joint='joint' biastype='affine'"),

@@ -1,0 +1,204 @@
+//! `<replicate>`: copies of what stands in it, each turned and shifted against the one before, names with a suffix.
+//!
+//! Source: MuJoCo 4.0 manual, XML reference › replicate; order of what is copied checked by running MuJoCo 4.0.0.
+
+use std::collections::BTreeSet;
+
+use super::check::floats;
+use super::document::{Attribute, Document, Node, NodeId};
+use super::error::{Problem, ProblemKind};
+use super::limits::Limits;
+use super::schema::{self, Kind};
+use super::spec::Compiler;
+use crate::math::{self, Quat, Vec3};
+
+/// What other elements call an element: (kind, name).
+type Named = BTreeSet<(&'static str, String)>;
+
+/// Replaces what stands in every `<replicate>` by a `<frame>` for each replica.
+///
+///     Rᵢ = euler(i · angles),   p₀ = 0,   pᵢ = pᵢ₋₁ + Rᵢ₋₁ offset
+///
+/// The angles are multiplied: with more than one of them this is not the i-th power of one turn, as the manual has it.
+///
+/// Replica i of n appends `sep` and i, in as many digits as n − 1 has, to all names within. What refers to one of
+/// these names from another section (contacts, equality constraints, tendons, actuators, sensors) is copied with it:
+/// out of its place, to the end of its section, once for each replica. Inner replicates come before outer ones.
+/// Keyframes are not copied.
+pub fn expand(document: &mut Document, compiler: &Compiler, limits: &Limits, problems: &mut Vec<Problem>) {
+    let Some(root) = document.root() else { return };
+    let mut replicates = Vec::new();
+    for node in sections(document, root, &["worldbody"]) {
+        find(document, node, &mut replicates);
+    }
+    for node in replicates {
+        replicate(document, root, node, compiler, limits, problems);
+    }
+}
+
+/// All replicates below a node, inner ones first.
+fn find(document: &Document, node: NodeId, found: &mut Vec<NodeId>) {
+    for &child in &document.node(node).children {
+        find(document, child, found);
+        if document.node(child).name == "replicate" {
+            found.push(child);
+        }
+    }
+}
+
+fn sections(document: &Document, root: NodeId, names: &[&str]) -> Vec<NodeId> {
+    let is = |&node: &NodeId| names.contains(&document.node(node).name.as_str());
+    document.node(root).children.iter().copied().filter(is).collect()
+}
+
+fn replicate(
+    document: &mut Document,
+    root: NodeId,
+    node: NodeId,
+    compiler: &Compiler,
+    limits: &Limits,
+    problems: &mut Vec<Problem>,
+) {
+    for &child in &document.node(node).children {
+        let element = document.node(child).name.clone();
+        if matches!(element.as_str(), "joint" | "freejoint" | "inertial") {
+            let kind = ProblemKind::MisplacedElement { parent: "replicate".into(), element };
+            problems.push(Problem::new(kind, document.span(child)).help("put it into a `<body>`"));
+        }
+    }
+    let numbers = |name: &str| {
+        let given = document.attribute(node, name).and_then(|a| floats(&a.value));
+        given.and_then(|v| <[f64; 3]>::try_from(v).ok()).unwrap_or_default()
+    };
+    let (offset, euler) = (Vec3::from(numbers("offset")), numbers("euler"));
+    let angle = |x: f64| if compiler.degree { x.to_radians() } else { x };
+    let turned = |i: usize| math::euler(&compiler.eulerseq, &euler.map(|x| i as f64 * angle(x)));
+    let text = |name: &str| document.attribute(node, name).map_or(String::new(), |a| a.value.clone());
+    let (count, sep) = (text("count").trim().parse::<usize>(), text("sep"));
+    let inside = document.node(node).children.clone();
+    let size: usize = inside.iter().map(|&child| self::size(document, child)).sum();
+    // What is no number is reported by the check; then one replica stands for all, its names as they are.
+    let names = if count.is_ok() { names_within(document, &inside) } else { Named::new() };
+    let (mut count, most) = (count.unwrap_or(1), limits.elements);
+    if count.saturating_mul(size + 1).saturating_add(document.nodes.len()) > most {
+        let rule = format!("so small that the scene has no more than {most} elements");
+        let kind = ProblemKind::OutOfRange { attribute: "count".into(), rule, word: count.to_string() };
+        problems.push(Problem::new(kind, document.value_span(node, "count")));
+        count = 1;
+    }
+    let digits = count.saturating_sub(1).to_string().len();
+    let suffixes: Vec<String> = (0..count).map(|i| format!("{sep}{i:0digits$}")).collect();
+
+    document.nodes[node.0 as usize].children.clear();
+    let mut pos = Vec3::zeros();
+    for (i, suffix) in suffixes.iter().enumerate() {
+        let quat = turned(i);
+        let frame = push(document, frame(document.node(node), &pos, &quat));
+        document.nodes[node.0 as usize].children.push(frame);
+        for &child in &inside {
+            let copy = copy(document, child, &|what, name| names.contains(&(what, name.into())).then_some(suffix));
+            document.nodes[frame.0 as usize].children.push(copy);
+        }
+        pos += quat * offset;
+    }
+    copy_references(document, root, names, &suffixes);
+}
+
+/// Copies what refers to one of the names: tendons first, since actuators refer to them, and sensors to all.
+fn copy_references(document: &mut Document, root: NodeId, mut names: Named, suffixes: &[String]) {
+    if names.is_empty() {
+        return;
+    }
+    for section in ["tendon", "contact", "equality", "actuator", "sensor", "deformable"] {
+        let nodes = sections(document, root, &[section]);
+        let mut copied = Vec::new();
+        for &node in &nodes {
+            let children = std::mem::take(&mut document.nodes[node.0 as usize].children);
+            let (out, stay): (Vec<_>, Vec<_>) =
+                children.into_iter().partition(|&child| refers(document, child, &names));
+            document.nodes[node.0 as usize].children = stay;
+            copied.extend(out);
+        }
+        names.extend(names_within(document, &copied));
+        let Some(last) = nodes.last() else { continue };
+        for suffix in suffixes {
+            for &child in &copied {
+                let copy = copy(document, child, &|what, name| names.contains(&(what, name.into())).then_some(suffix));
+                document.nodes[last.0 as usize].children.push(copy);
+            }
+        }
+    }
+}
+
+/// The frame of a replica, its pose in numbers that read back exactly.
+fn frame(replicate: &Node, pos: &Vec3, quat: &Quat) -> Node {
+    let attribute = |name: &str, numbers: &[f64]| Attribute {
+        name: name.to_string(),
+        name_span: replicate.span,
+        value: numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" "),
+        value_span: replicate.span,
+    };
+    let attributes = vec![attribute("pos", pos.as_slice()), attribute("quat", &math::wxyz(quat))];
+    Node { name: "frame".into(), span: replicate.span, attributes, children: Vec::new() }
+}
+
+fn push(document: &mut Document, node: Node) -> NodeId {
+    document.nodes.push(node);
+    NodeId(document.nodes.len() as u32 - 1)
+}
+
+fn size(document: &Document, node: NodeId) -> usize {
+    1 + document.node(node).children.iter().map(|&child| size(document, child)).sum::<usize>()
+}
+
+/// A copy of an element and all within; `suffix`: what a name gets appended.
+fn copy<'a>(document: &mut Document, node: NodeId, suffix: &impl Fn(&str, &str) -> Option<&'a String>) -> NodeId {
+    let mut clone = document.node(node).clone();
+    let kinds: Vec<_> = clone.attributes.iter().map(|a| named(document, node, a)).collect();
+    for (attribute, what) in clone.attributes.iter_mut().zip(kinds) {
+        if let Some(suffix) = what.and_then(|what| suffix(what, &attribute.value)) {
+            attribute.value.push_str(suffix);
+        }
+    }
+    let children = std::mem::take(&mut clone.children);
+    let id = push(document, clone);
+    for child in children {
+        let child = copy(document, child, suffix);
+        document.nodes[id.0 as usize].children.push(child);
+    }
+    id
+}
+
+/// The kind of element that an attribute names: its own, or one it refers to. What an element may be called does not
+/// depend on where it stands.
+fn named(document: &Document, node: NodeId, attribute: &Attribute) -> Option<&'static str> {
+    let rows = schema::SCHEMA.iter().filter(|row| row.is(&document.node(node).name));
+    rows.filter_map(|row| row.attribute(&attribute.name)).find_map(|column| match column.kind {
+        Kind::Name(what) | Kind::Reference(what) => Some(what),
+        Kind::ReferenceBy(by) => document.attribute(node, by).and_then(|a| schema::kind_named(&a.value)),
+        _ => None,
+    })
+}
+
+/// The names that elements and all within give themselves.
+fn names_within(document: &Document, nodes: &[NodeId]) -> Named {
+    let mut names = Named::new();
+    let mut open = nodes.to_vec();
+    while let Some(node) = open.pop() {
+        if let Some(name) = document.attribute(node, "name")
+            && let Some(what) = named(document, node, name)
+        {
+            names.insert((what, name.value.clone()));
+        }
+        open.extend(&document.node(node).children);
+    }
+    names
+}
+
+fn refers(document: &Document, node: NodeId, names: &Named) -> bool {
+    let node_ = document.node(node);
+    let meant = |a: &Attribute| {
+        a.name != "name" && named(document, node, a).is_some_and(|what| names.contains(&(what, a.value.clone())))
+    };
+    node_.attributes.iter().any(meant) || node_.children.iter().any(|&child| refers(document, child, names))
+}

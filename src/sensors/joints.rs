@@ -1,0 +1,43 @@
+//! Joints, their limits, and actuators.
+
+use crate::data::{Data, JointRowKind};
+use crate::dynamics::actuation;
+use crate::kind::SensorKind;
+use crate::math::{quat, wxyz};
+use crate::model::Model;
+use crate::state::State;
+
+/// Position (m, rad), velocity, force of all actuators (N, N m); of a ball joint its unit quaternion and its angular
+/// velocity in the body's axes.
+pub fn joint(model: &Model, state: &State, data: &Data, kind: SensorKind, joint: usize, out: &mut [f64]) {
+    let joint = &model.joints[joint];
+    let (q, v) = (&state.qpos[joint.qposadr..], &state.qvel[joint.dofadr..]);
+    match kind {
+        SensorKind::JointPos => out[0] = q[0],
+        SensorKind::JointVel => out[0] = v[0],
+        SensorKind::JointActuatorForce => out[0] = data.qfrc_actuator[joint.dofadr],
+        SensorKind::BallQuat => out.copy_from_slice(&wxyz(&quat(&q[..4]))),
+        _ => out.copy_from_slice(&v[..3]),
+    }
+}
+
+/// The limit of a joint that is near: distance less margin (m, rad), its rate, the force of the limit (N, N m). Zero
+/// where none is.
+pub fn limit(state: &State, data: &Data, kind: SensorKind, joint: usize) -> f64 {
+    let near = |row: &&crate::data::JointRow| row.joint == joint && row.kind != JointRowKind::DryFriction;
+    let Some(row) = data.joint_rows.iter().find(near) else { return 0.0 };
+    match kind {
+        SensorKind::JointLimitPos => row.violation,
+        SensorKind::JointLimitVel => row.entries[..row.n].iter().zip(&state.qvel[row.dof..]).map(|(j, v)| j * v).sum(),
+        _ => row.force,
+    }
+}
+
+/// Length and velocity of the transmission, and the force before the gear.
+pub fn actuator(model: &Model, state: &State, data: &Data, kind: SensorKind, actuator: usize) -> f64 {
+    match kind {
+        SensorKind::ActuatorPos => actuation::length(model, &model.actuators[actuator], &state.qpos),
+        SensorKind::ActuatorVel => actuation::velocity(model, &model.actuators[actuator], &state.qvel),
+        _ => data.actuator_force[actuator],
+    }
+}

@@ -1,0 +1,148 @@
+//! How every body moves and is accelerated, and what its parent exerts on it: the passes that several sensors share.
+
+use crate::contact::{self, Law};
+use crate::data::Data;
+use crate::dynamics::spatial::{Inertia, ang, at, cross_force, cross_motion, join, lin};
+use crate::dynamics::{self, xipos};
+use crate::kind::SensorKind;
+use crate::math::{Sym3, Vec3, Vec6, mat};
+use crate::model::{JointKind, Model};
+use crate::state::State;
+
+/// Six-vectors of each body, in world axes about `origin` of its tree: the place of its first body; the world's origin
+/// for what never moves.
+#[derive(Clone, Debug, Default)]
+pub struct Motion {
+    pub origin: Vec<Vec3>,
+    /// Twist.
+    pub vel: Vec<Vec6>,
+    /// Acceleration as if gravity were one of the frame: its linear part is −g for what rests.
+    pub acc: Vec<Vec6>,
+    /// What the parent exerts on the body and all that hangs on it.
+    pub force: Vec<Vec6>,
+}
+
+impl Motion {
+    /// Computes as much as the scene's sensors need.
+    pub fn update(&mut self, model: &Model, law: &Law, state: &State, data: &Data) {
+        use SensorKind::*;
+        let any = |kinds: &[SensorKind]| model.sensors.iter().any(|s| kinds.contains(&s.kind));
+        let force = any(&[Force, Torque]);
+        let acceleration = force || any(&[Accelerometer, FrameLinAcc, FrameAngAcc]);
+        if acceleration || any(&[Velocimeter, Gyro, FrameLinVel, FrameAngVel, SubtreeLinVel, SubtreeAngMom]) {
+            self.velocities(model, state, data);
+        }
+        if acceleration {
+            self.accelerations(model, state, data);
+        }
+        if force {
+            self.forces(model, law, state, data);
+        }
+    }
+
+    /// Velocity (m/s) of the point of a body that is now at `point`, and angular velocity (rad/s). World axes.
+    pub fn velocity_at(&self, body: usize, point: &Vec3) -> (Vec3, Vec3) {
+        let v = at(&self.vel[body], &(point - self.origin[body]));
+        (lin(&v), ang(&v))
+    }
+
+    /// Acceleration (m/s²) of that point less gravity, and angular acceleration (rad/s²).
+    ///
+    ///     a_p = A + α × r + ω × v_p        r from the origin to the point
+    pub fn acceleration_at(&self, body: usize, point: &Vec3) -> (Vec3, Vec3) {
+        let (v, w) = self.velocity_at(body, point);
+        let a = at(&self.acc[body], &(point - self.origin[body]));
+        (lin(&a) + w.cross(&v), ang(&a))
+    }
+
+    fn velocities(&mut self, model: &Model, state: &State, data: &Data) {
+        let n = model.bodies.len();
+        let Motion { origin, vel, .. } = self;
+        origin.resize(n, Vec3::zeros());
+        vel.resize(n, Vec6::zeros());
+        for (t, tree) in model.trees.iter().enumerate() {
+            let root = tree.bodies.start;
+            let qvel = &state.qvel[tree.dofs.clone()];
+            let free = tree.free.is_some().then(|| {
+                let w = data.xmat[root] * Vec3::new(qvel[3], qvel[4], qvel[5]);
+                join(&Vec3::new(qvel[0], qvel[1], qvel[2]), &w)
+            });
+            for b in model.trees[t].bodies.clone() {
+                origin[b] = data.xpos[root];
+                vel[b] = free.unwrap_or(data.cvel[b]);
+            }
+        }
+    }
+
+    /// As [`dynamics::bias`], with qacc:
+    ///
+    ///     A_b = A_parent + Σ (V × S_j q̇_j + S_j q̈_j),   A_world = −g
+    fn accelerations(&mut self, model: &Model, state: &State, data: &Data) {
+        let rest = join(&-dynamics::gravity(model), &Vec3::zeros());
+        let Motion { vel, acc, .. } = self;
+        acc.clear();
+        acc.resize(model.bodies.len(), rest);
+        for tree in &model.trees {
+            let root = tree.bodies.start;
+            if tree.free.is_some() {
+                let qacc = &data.qacc[tree.dofs.clone()];
+                let alpha = data.xmat[root] * Vec3::new(qacc[3], qacc[4], qacc[5]);
+                // qacc holds the acceleration of the origin, A that of whatever passes there.
+                let linear = Vec3::new(qacc[0], qacc[1], qacc[2]) - ang(&vel[root]).cross(&lin(&vel[root]));
+                tree.bodies.clone().for_each(|b| acc[b] = rest + join(&linear, &alpha));
+                continue;
+            }
+            for b in tree.bodies.clone() {
+                let body = &model.bodies[b];
+                let (mut v, mut a) = match model.bodies[body.parent].tree {
+                    Some(_) => (vel[body.parent], acc[body.parent]),
+                    None => (Vec6::zeros(), rest),
+                };
+                for joint in &model.joints[body.joints.clone()] {
+                    let dofs = joint.dofadr..joint.dofadr + joint.kind.nv();
+                    let along = |rates: &[f64]| dofs.clone().map(|d| data.cdof[d] * rates[d]).sum::<Vec6>();
+                    let (d, moved) = (joint.dofadr, along(&state.qvel));
+                    // A free joint's translation is along world axes, which nothing carries along.
+                    let carrier = match joint.kind {
+                        JointKind::Free => join(&Vec3::from_column_slice(&state.qvel[d..d + 3]), &Vec3::zeros()),
+                        _ => v,
+                    };
+                    a += cross_motion(&carrier, &moved) + along(&data.qacc);
+                    v += moved;
+                }
+                acc[b] = a;
+            }
+        }
+    }
+
+    /// Newton–Euler, from the leaves to the roots:
+    ///
+    ///     F_b = I_b A_b + V_b ×* I_b V_b − contacts − applied + Σ F_child
+    fn forces(&mut self, model: &Model, law: &Law, state: &State, data: &Data) {
+        let Motion { origin, vel, acc, force } = self;
+        force.clear();
+        for (b, body) in model.bodies.iter().enumerate() {
+            let com = xipos(model, data, b) - origin[b];
+            let axes = data.xmat[b] * mat(&body.iquat);
+            let inertia = Inertia::new(body.mass, &com, &Sym3::from_principal(&body.inertia, &axes));
+            force.push(inertia.mul(&acc[b]) + cross_force(&vel[b], &inertia.mul(&vel[b])));
+        }
+        let mut push = |b: usize, point: &Vec3, f: &Vec3, n: &Vec3| {
+            force[b] -= join(f, &(n + (point - origin[b]).cross(f)));
+        };
+        for contact in &data.contacts {
+            let [f, n] = [0, 3].map(|i| contact.frame.tr_mul(&Vec3::from_column_slice(&contact.force[i..i + 3])));
+            let bodies = contact.geom.map(|g| model.geoms[g as usize].body);
+            let points = contact::points_of(model, law, contact);
+            push(bodies[0], &points[0], &-f, &-n);
+            push(bodies[1], &points[1], &f, &n);
+        }
+        for (b, wrench) in state.xfrc_applied.iter().enumerate() {
+            push(b, &xipos(model, data, b), &lin(wrench), &ang(wrench));
+        }
+        for b in (1..model.bodies.len()).rev() {
+            let (parent, f) = (model.bodies[b].parent, force[b]);
+            force[parent] += join(&lin(&f), &(ang(&f) + (origin[b] - origin[parent]).cross(&lin(&f))));
+        }
+    }
+}

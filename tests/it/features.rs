@@ -1,0 +1,178 @@
+//! What real files hold, one topic of tests/golden each: against MuJoCo 4.0.0 from random states, under its three
+//! integrators.
+
+use std::collections::BTreeMap;
+
+use penny::contact::mujoco;
+use penny::data::Data;
+use penny::forward::{Method, ROUNDS, forward, step};
+use penny::integrate::{self, Integrator};
+use penny::math::{Vec3, wxyz};
+use penny::model::Model;
+use penny::sensors;
+use penny::state::State;
+use serde::Deserialize;
+
+type Numbers = BTreeMap<String, Vec<f64>>;
+
+/// A scene as tests/golden/topics/scenes.py writes it.
+#[derive(Deserialize)]
+struct Golden {
+    name: String,
+    xml: String,
+    names: BTreeMap<String, Vec<String>>,
+    compiled: Numbers,
+    samples: Vec<Sample>,
+    rollouts: Vec<Rollout>,
+}
+
+#[derive(Deserialize)]
+struct Sample {
+    #[serde(flatten)]
+    start: Start,
+    forward: Numbers,
+    steps: BTreeMap<String, Numbers>,
+}
+
+#[derive(Deserialize)]
+struct Rollout {
+    #[serde(flatten)]
+    start: Start,
+    every: usize,
+    runs: BTreeMap<String, Vec<Numbers>>,
+}
+
+#[derive(Deserialize)]
+struct Start {
+    qpos: Vec<f64>,
+    qvel: Vec<f64>,
+    #[serde(default)]
+    ctrl: Vec<f64>,
+}
+
+impl Start {
+    fn state(&self, model: &Model) -> State {
+        let mut state = State::new(model);
+        state.qpos.clone_from(&self.qpos);
+        state.qvel.clone_from(&self.qvel);
+        state.ctrl.clone_from(&self.ctrl);
+        state
+    }
+}
+
+fn method(integrator: &'static Integrator, model: &Model) -> Method {
+    Method { contact: &mujoco::LAW, integrator, timestep: model.opt.timestep, rounds: ROUNDS }
+}
+
+fn flat(vectors: impl Iterator<Item = Vec3>) -> Vec<f64> {
+    vectors.flat_map(|v| [v.x, v.y, v.z]).collect()
+}
+
+/// Equal to `tolerance` times the largest number (at least 1).
+#[track_caller]
+fn close(what: &str, ours: &[f64], theirs: &[f64], tolerance: f64) {
+    assert_eq!(ours.len(), theirs.len(), "{what}: count");
+    let scale = theirs.iter().fold(1.0_f64, |s, x| s.max(x.abs()));
+    for (i, (a, b)) in ours.iter().zip(theirs).enumerate() {
+        assert!((a - b).abs() <= tolerance * scale, "{what}[{i}]: {a:e}, not {b:e}; off by {:e}", a - b);
+    }
+}
+
+fn names(model: &Model, kind: &str) -> Option<Vec<String>> {
+    Some(match kind {
+        "body" => model.bodies.iter().map(|b| b.name.clone()).collect(),
+        "joint" => model.joints.iter().map(|j| j.name.clone()).collect(),
+        "geom" => model.geoms.iter().map(|g| g.name.clone()).collect(),
+        "site" => model.sites.iter().map(|s| s.name.clone()).collect(),
+        "sensor" => model.sensors.iter().map(|s| s.name.clone()).collect(),
+        "actuator" => model.actuators.iter().map(|a| a.name.clone()).collect(),
+        _ => return None,
+    })
+}
+
+fn compiled(model: &Model, what: &str) -> Vec<f64> {
+    match what {
+        "body_pos" => flat(model.bodies.iter().map(|b| b.pos)),
+        "body_quat" => model.bodies.iter().flat_map(|b| wxyz(&b.quat)).collect(),
+        "geom_pos" => flat(model.geoms.iter().map(|g| g.pos)),
+        "geom_quat" => model.geoms.iter().flat_map(|g| wxyz(&g.quat)).collect(),
+        _ => panic!("{what}"),
+    }
+}
+
+fn computed(data: &Data, what: &str) -> Vec<f64> {
+    match what {
+        "sensordata" => data.sensordata.clone(),
+        "xpos" => flat(data.xpos.iter().copied()),
+        "qfrc_actuator" => data.qfrc_actuator.clone(),
+        _ => panic!("{what}"),
+    }
+}
+
+fn end(state: &State, data: &Data, what: &str) -> Vec<f64> {
+    match what {
+        "sensordata" => data.sensordata.clone(),
+        "qpos" => state.qpos.clone(),
+        "qvel" => state.qvel.clone(),
+        _ => panic!("{what}"),
+    }
+}
+
+/// Compiled numbers and one step to 1e-12, rollouts to 1e-9: numbers are sums of some dozens of products, and none of
+/// these motions amplifies rounding by more than a thousand.
+fn check(golden: &str) {
+    let golden: Vec<Golden> = serde_json::from_str(golden).expect("golden data");
+    for Golden { name, xml, names: theirs, compiled: numbers, samples, rollouts } in golden {
+        let model = penny::parse("test.xml", &xml).unwrap_or_else(|failure| panic!("{name}: {failure}")).model;
+        for (kind, theirs) in &theirs {
+            if let Some(ours) = names(&model, kind) {
+                assert_eq!(&ours, theirs, "{name}: names of kind {kind}");
+            }
+        }
+        for (what, theirs) in &numbers {
+            close(&format!("{name}: {what}"), &compiled(&model, what), theirs, 1e-12);
+        }
+        for Sample { start, forward: forces, steps } in &samples {
+            let mut data = Data::new(&model);
+            let method = |name: &str| method(integrate::by_name(name).expect("an integrator"), &model);
+            let state = start.state(&model);
+            forward(&model, &method("rk4"), &state, &mut data);
+            sensors::sense(&model, &mujoco::LAW, &state, &mut data);
+            for (what, theirs) in forces {
+                close(&format!("{name}: {what}"), &computed(&data, what), theirs, 1e-12);
+            }
+            for (integrator, ends) in steps {
+                let (mut state, mut data) = (start.state(&model), Data::new(&model));
+                step(&model, &method(integrator), &mut state, &mut data).expect("a step");
+                for (what, theirs) in ends {
+                    close(&format!("{name}, {integrator}: {what}"), &end(&state, &data, what), theirs, 1e-12);
+                }
+            }
+        }
+        for Rollout { start, every, runs } in &rollouts {
+            for (integrator, ends) in runs {
+                let method = method(integrate::by_name(integrator).expect("an integrator"), &model);
+                let (mut state, mut data) = (start.state(&model), Data::new(&model));
+                for ends in ends {
+                    for _ in 0..*every {
+                        step(&model, &method, &mut state, &mut data).expect("a step");
+                    }
+                    for (what, theirs) in ends {
+                        let what_ = format!("{name}, {integrator}, t = {:.2}: {what}", state.time);
+                        close(&what_, &end(&state, &data, what), theirs, 1e-9);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn replicas_are_mujocos() {
+    check(include_str!("../golden/replicate.json"));
+}
+
+#[test]
+fn sensors_are_mujocos() {
+    check(include_str!("../golden/sensors.json"));
+}
