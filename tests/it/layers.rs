@@ -7,6 +7,7 @@ use std::path::Path;
 const LAYERS: &[&str] = &[
     "math",
     "kind",
+    "draft",
     "mjcf",
     "model",
     "collision",

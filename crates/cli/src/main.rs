@@ -37,6 +37,7 @@ mod compare;
 mod explain;
 mod files;
 mod format;
+mod interrupt;
 mod map;
 mod mujoco;
 mod play;
@@ -113,6 +114,8 @@ enum Failure {
     Problem(String),
     /// The command line asks for what cannot be: exit code 2.
     Usage(String),
+    /// A signal ended it, and all was told: this exit code.
+    Interrupted(u8),
     /// Whoever read the output has enough (`| head`): nothing to say.
     Closed,
 }
@@ -172,6 +175,7 @@ fn main() -> ExitCode {
     };
     let (text, code) = match outcome {
         Ok(()) | Err(Failure::Closed) => return ExitCode::SUCCESS,
+        Err(Failure::Interrupted(code)) => return ExitCode::from(code),
         Err(Failure::Problem(text)) => (text, 1),
         Err(Failure::Usage(text)) => (text, 2),
     };

@@ -15,6 +15,7 @@ use self::warnings::{EnergyGain, Overlap};
 use super::explain::{hopping, largest_timestep, requirements};
 use super::files;
 use super::format::{count, short, si};
+use super::interrupt::Interrupt;
 use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, OverrideArgs, StartArgs};
 use super::{Failure, Report};
 use penny::data::Data;
@@ -89,6 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for (_, path) in written {
         path.map_or(Ok(()), files::writable)?;
     }
+    let interrupt = Interrupt::watch()?;
     let mut outputs = Outputs::open(args, &model, &method, &shown)?;
     let mut recorder = Recorder::new(&model);
     let first = recorder.sample(&model, &state);
@@ -155,8 +157,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         i = until;
         progress.at(i, elapsed);
+        if interrupt.code().is_some() {
+            break;
+        }
     }
     progress.finish();
+    if interrupt.code().is_some() && i < steps {
+        eprintln!("warning: interrupted at {}, after {i} of {}", si(state.time, "s"), count(steps, "step", "steps"));
+    }
+    let steps = i;
     report.print(&format!("\n{}", table.text(&model)));
     let picture = outputs.finish()?;
     if let (Some(path), Some(picture)) = (&args.plot, picture) {
@@ -191,7 +200,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let limit = limit.map(|(limit, _)| limit);
         eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit));
     }
-    Ok(())
+    interrupt.code().map_or(Ok(()), |code| Err(Failure::Interrupted(code)))
 }
 
 /// The largest safe timestep, s, and whose it is, where the run's own is beyond it.
