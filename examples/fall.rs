@@ -1,10 +1,6 @@
-//! Loads a scene, steps it for a second, and prints where the body is: `cargo run --example fall`.
+//! A ball falls and bounces: a scene from a string, steps, and where the ball is. `cargo run --example fall`
 
-use penny::contact;
-use penny::data::Data;
-use penny::forward::{Method, step};
-use penny::integrate;
-use penny::state::State;
+use penny::Simulation;
 
 const SCENE: &str = r#"
 <mujoco>
@@ -17,21 +13,12 @@ const SCENE: &str = r#"
   </worldbody>
 </mujoco>"#;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let model = penny::parse("scene.xml", SCENE)?.model;
-    let method = Method {
-        contact: contact::by_name("penalty").ok_or("no such law")?,
-        integrator: integrate::by_name("semi-implicit-euler").ok_or("no such integrator")?,
-        timestep: model.opt.timestep,
-        rounds: penny::forward::ROUNDS,
-    };
-    let mut state = State::new(&model);
-    let mut data = Data::new(&model);
-    while state.time < 1.0 {
-        for _ in 0..50 {
-            step(&model, &method, &mut state, &mut data)?;
-        }
-        println!("{:.1} s: height {:.4} m, speed {:+.3} m/s", state.time, state.qpos[2], state.qvel[2]);
+pub fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut sim = Simulation::from_xml(SCENE)?;
+    while sim.time() < 1.0 {
+        sim.step_n(50)?;
+        let ball = sim.body("ball")?;
+        println!("{:.1} s: height {:.4} m, speed {:+.3} m/s", sim.time(), ball.position()[2], ball.velocity()[2]);
     }
     Ok(())
 }

@@ -208,7 +208,7 @@ pub struct JointRow {
     pub force: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum JointRowKind {
     DryFriction,
     LowerLimit,

@@ -17,7 +17,7 @@ use crate::dynamics;
 pub use crate::method::{Method, ROUNDS};
 use crate::model::Model;
 use crate::sensors;
-use crate::state::State;
+use crate::state::{State, WrongState};
 
 /// Advances the state by one timestep.
 ///
@@ -45,8 +45,8 @@ pub enum StepError {
     Diverged(Diverged),
     /// The timestep is not above zero, s.
     Timestep(f64),
-    /// A list of the state has not the length that the model asks for.
-    Length { list: &'static str, has: usize, wants: usize },
+    /// The state is none of this model.
+    State(WrongState),
 }
 
 impl fmt::Display for StepError {
@@ -54,12 +54,7 @@ impl fmt::Display for StepError {
         match self {
             StepError::Diverged(diverged) => diverged.fmt(f),
             StepError::Timestep(h) => write!(f, "a timestep of {h} s: it has to be above zero"),
-            StepError::Length { list, has, wants } => {
-                write!(
-                    f,
-                    "{list} has {has} numbers where the model has {wants}: make the state with State::new(&model)"
-                )
-            }
+            StepError::State(wrong) => wrong.fmt(f),
         }
     }
 }
@@ -71,7 +66,7 @@ impl StepError {
     pub fn time(&self) -> f64 {
         match self {
             StepError::Diverged(diverged) => diverged.time,
-            StepError::Timestep(_) | StepError::Length { .. } => 0.0,
+            StepError::Timestep(_) | StepError::State(_) => 0.0,
         }
     }
 }
@@ -89,18 +84,7 @@ fn check(model: &Model, method: &Method, state: &State) -> Result<(), StepError>
     if !(h > 0.0 && h < f64::INFINITY) {
         return Err(StepError::Timestep(h));
     }
-    let pushes = if state.xfrc_applied.is_empty() { 0 } else { model.bodies.len() };
-    let lists = [
-        ("qpos", state.qpos.len(), model.nq),
-        ("qvel", state.qvel.len(), model.nv),
-        ("ctrl", state.ctrl.len(), model.actuators.len()),
-        ("qacc_warmstart", state.qacc_warmstart.len(), model.nv),
-        ("xfrc_applied", state.xfrc_applied.len(), pushes),
-    ];
-    match lists.into_iter().find(|(_, has, wants)| has != wants) {
-        Some((list, has, wants)) => Err(StepError::Length { list, has, wants }),
-        None => Ok(()),
-    }
+    state.suits(model).map_err(StepError::State)
 }
 
 /// A step whose contact forces are left with a larger residual than this counts as unconverged: a hundredth of a percent of

@@ -19,11 +19,16 @@ pub mod mjcf;
 pub mod model;
 mod prepare;
 pub mod sensors;
+pub mod simulation;
+pub mod snapshot;
 pub mod state;
 
 use std::path::Path;
 
-use mjcf::{Document, Failure, Loaded, Problem};
+use mjcf::{Document, Loaded, Problem};
+
+pub use mjcf::Failure;
+pub use simulation::Simulation;
 
 /// A file, ready to be simulated.
 #[derive(Clone, Debug)]

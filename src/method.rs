@@ -1,5 +1,7 @@
 //! How a model is computed: contact law, integrator, timestep.
 
+use std::fmt;
+
 use crate::contact::{Law, Settings};
 use crate::data::Data;
 use crate::model::Model;
@@ -18,6 +20,13 @@ pub struct Method {
 
 /// What [`Method::rounds`] is without a wish: far more than a scene needs.
 pub const ROUNDS: usize = 100;
+
+impl fmt::Debug for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Method { contact, integrator, timestep, rounds } = self;
+        write!(f, "Method({}, {}, {timestep} s, {rounds} rounds)", contact.name, integrator.name)
+    }
+}
 
 impl Method {
     /// What the contact laws need to know of it.

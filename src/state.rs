@@ -1,10 +1,15 @@
 //! All that is needed to resume a simulation bit for bit.
 
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
 use crate::data::{Contact, Data, JointRow, JointRowKind};
 use crate::math::Vec6;
-use crate::model::Model;
+use crate::model::{Keyframe, Model};
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct State {
     /// s
     pub time: f64,
@@ -15,6 +20,7 @@ pub struct State {
     /// (number of actuators)
     pub ctrl: Vec<f64>,
     /// Force (N) and torque (N m) on each body at its centre of mass, world axes (nbody); or empty: none.
+    #[serde(with = "wrenches")]
     pub xfrc_applied: Vec<Vec6>,
     /// Acceleration of the last step (nv): where the `mujoco` law's solver starts. Other laws leave it alone.
     pub qacc_warmstart: Vec<f64>,
@@ -23,7 +29,7 @@ pub struct State {
 }
 
 /// The force of one contact, joint limit or dry friction, remembered by what it is, not by its place in the list.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Warm {
     pub key: Key,
     /// Normal, two tangential (N); torsional, two rolling (N m); in the contact's frame. Of a joint the first, N or N m.
@@ -31,7 +37,7 @@ pub struct Warm {
 }
 
 /// What a force is remembered by.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Key {
     /// Two geoms, and which corner, end or edge point of theirs touches.
     Contact([u32; 2], u32),
@@ -47,6 +53,26 @@ pub enum Start {
     Forces,
 }
 
+/// A list of a state has not the length that the model asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WrongState {
+    /// `qpos`, `qvel` …
+    pub list: &'static str,
+    /// Its length.
+    pub has: usize,
+    /// What it should be.
+    pub wants: usize,
+}
+
+impl fmt::Display for WrongState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let WrongState { list, has, wants } = self;
+        write!(f, "{list} has {has} numbers where the model has {wants}: it is no state of this model")
+    }
+}
+
+impl std::error::Error for WrongState {}
+
 impl State {
     /// The scene at rest in `qpos0`.
     pub fn new(model: &Model) -> State {
@@ -58,6 +84,31 @@ impl State {
             xfrc_applied: Vec::new(),
             qacc_warmstart: vec![0.0; model.nv],
             warm: Vec::new(),
+        }
+    }
+
+    /// The state of a keyframe.
+    pub fn at(model: &Model, key: &Keyframe) -> State {
+        let Keyframe { time, qpos, qvel, ctrl, .. } = key.clone();
+        State { time, qpos, qvel, ctrl, ..State::new(model) }
+    }
+
+    /// Whether its lists have the lengths that a model asks for.
+    ///
+    /// Errors: the first list that has not.
+    #[inline]
+    pub fn suits(&self, model: &Model) -> Result<(), WrongState> {
+        let pushes = if self.xfrc_applied.is_empty() { 0 } else { model.bodies.len() };
+        let lists = [
+            ("qpos", self.qpos.len(), model.nq),
+            ("qvel", self.qvel.len(), model.nv),
+            ("ctrl", self.ctrl.len(), model.actuators.len()),
+            ("qacc_warmstart", self.qacc_warmstart.len(), model.nv),
+            ("xfrc_applied", self.xfrc_applied.len(), pushes),
+        ];
+        match lists.into_iter().find(|(_, has, wants)| has != wants) {
+            Some((list, has, wants)) => Err(WrongState { list, has, wants }),
+            None => Ok(()),
         }
     }
 
@@ -119,4 +170,19 @@ fn contact_key(contact: &Contact) -> Key {
 
 fn joint_key(row: &JointRow) -> Key {
     Key::Joint(row.dof, row.kind)
+}
+
+/// Six-vectors as lists of six numbers.
+mod wrenches {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use crate::math::Vec6;
+
+    pub fn serialize<S: Serializer>(wrenches: &[Vec6], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(wrenches.iter().map(|w| <[f64; 6]>::from(*w)))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec6>, D::Error> {
+        Ok(Vec::<[f64; 6]>::deserialize(deserializer)?.into_iter().map(Vec6::from).collect())
+    }
 }

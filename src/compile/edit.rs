@@ -19,9 +19,15 @@ impl fmt::Display for Invalid {
 
 impl std::error::Error for Invalid {}
 
+impl Invalid {
+    pub(crate) fn new(what: impl Into<String>) -> Invalid {
+        Invalid { what: what.into() }
+    }
+}
+
 /// `Err` with a text.
-pub(crate) fn invalid<T>(what: impl Into<String>) -> Result<T, Invalid> {
-    Err(Invalid { what: what.into() })
+fn invalid<T>(what: impl Into<String>) -> Result<T, Invalid> {
+    Err(Invalid::new(what))
 }
 
 impl Model {

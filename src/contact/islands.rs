@@ -75,6 +75,11 @@ impl Grouped {
 }
 
 impl Islands {
+    /// Whether room was made for this model's trees.
+    pub fn fit(&self, model: &Model) -> bool {
+        self.unit.len() == model.trees.len()
+    }
+
     pub fn reserve(&mut self, model: &Model, contacts: usize, joints: usize) {
         let trees = model.trees.len();
         self.sets.reset(trees);

@@ -127,6 +127,15 @@ pub struct Scratch {
 }
 
 impl Scratch {
+    /// That of the data, which has none if it is a clone.
+    fn of(model: &Model, data: &mut Data) -> Box<Scratch> {
+        let scratch = data.scratch.take::<Scratch>();
+        if scratch.islands.fit(model) {
+            return scratch;
+        }
+        Box::new(Scratch::new(model, data.contacts.len(), data.joint_rows.len()))
+    }
+
     /// Room for all contacts and joint rows that a model can have.
     pub fn new(model: &Model, contacts: usize, joints: usize) -> Scratch {
         let mut scratch = Scratch::default();
@@ -155,7 +164,7 @@ pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut D
     if law.start == Start::Forces {
         state.recall(data);
     }
-    let mut scratch = data.scratch.take::<Scratch>();
+    let mut scratch = Scratch::of(model, data);
     let Scratch { islands, island, own } = &mut *scratch;
     islands.find(model, data);
     for group in 0..model.trees.len() {

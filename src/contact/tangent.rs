@@ -47,7 +47,7 @@ pub fn constrain_at(model: &Model, settings: &Settings, state: &State, a: &[f64]
     if data.contacts.is_empty() && data.joint_rows.is_empty() {
         return;
     }
-    let mut scratch = data.scratch.take::<Scratch>();
+    let mut scratch = Scratch::of(model, data);
     let Scratch { islands, island, own } = &mut *scratch;
     islands.find(model, data);
     for group in 0..model.trees.len() {
@@ -82,7 +82,7 @@ pub fn tangent(model: &Model, settings: &Settings, state: &State, a: &[f64], dat
     trees.clear();
     blocks.clear();
     starts.push(0);
-    let mut scratch = data.scratch.take::<Scratch>();
+    let mut scratch = Scratch::of(model, data);
     let Scratch { islands, island, own } = &mut *scratch;
     islands.find(model, data);
     for group in 0..model.trees.len() {

@@ -168,6 +168,21 @@ pub fn gravity(model: &Model) -> Vec3 {
     if model.opt.flags.gravity { model.opt.gravity } else { Vec3::zeros() }
 }
 
+/// How a body moves: velocity of its centre of mass (m/s) and angular velocity (rad/s), world axes.
+///
+/// Reads: kinematics, and the velocities that [`smooth`] has found.
+pub fn twist(model: &Model, data: &Data, body: usize) -> Vec6 {
+    let Some(tree) = model.bodies[body].tree else { return Vec6::zeros() };
+    let root = model.trees[tree].bodies.start;
+    let (v, w, at) = if model.trees[tree].free.is_some() {
+        let mover = &data.movers[root];
+        (spatial::lin(&mover.vel), mover.axes * spatial::ang(&mover.vel), mover.com)
+    } else {
+        (spatial::lin(&data.cvel[body]), spatial::ang(&data.cvel[body]), data.xpos[root])
+    };
+    spatial::join(&(v + w.cross(&(xipos(model, data, body) - at))), &w)
+}
+
 /// Centre of mass of a body in the world, m.
 pub fn xipos(model: &Model, data: &Data, body: usize) -> Vec3 {
     data.xpos[body] + data.xmat[body] * model.bodies[body].ipos

@@ -6,8 +6,10 @@ pub mod implicitfast;
 pub mod rk4;
 pub mod semi_implicit_euler;
 
+use crate::contact;
 use crate::math::{Quat, exp, quat, vec3, wxyz};
 pub use crate::method::{DampedSpring, Integrator, Matrix2};
+use crate::method::{Method, ROUNDS};
 use crate::model::{JointKind, Model};
 
 pub const ALL: &[&Integrator] = &[
@@ -21,6 +23,16 @@ pub const ALL: &[&Integrator] = &[
 /// The integrator of that CLI name or MJCF keyword.
 pub fn by_name(name: &str) -> Option<&'static Integrator> {
     ALL.iter().copied().find(|i| i.name == name || i.mjcf.contains(&name))
+}
+
+impl Method {
+    /// The contact law, integrator and timestep that a scene names; defaults where it names none.
+    pub fn of(model: &Model) -> Method {
+        let law = model.contact_law().and_then(contact::by_name).unwrap_or(contact::default());
+        // The compiler has let no other name pass.
+        let integrator = by_name(&model.opt.integrator).unwrap_or(&semi_implicit_euler::METHOD);
+        Method { contact: law, integrator, timestep: model.opt.timestep, rounds: ROUNDS }
+    }
 }
 
 /// Moves the position along a velocity for a time h.

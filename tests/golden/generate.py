@@ -18,7 +18,7 @@ import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).parent
-TOPICS = ["names", "reader", "compile", "contacts", "smooth", "penalty", "mujoco_law", "models", "models_law", "validation", "forces", "replicate", "sensors"]
+TOPICS = sorted(path.stem for path in (HERE / "topics").glob("*.py"))
 TOLERANCE = 1e-9
 
 

@@ -19,6 +19,7 @@ const LAYERS: &[&str] = &[
     "dynamics/plan",
     "data",
     "state",
+    "snapshot",
     "collision/detect",
     "dynamics",
     "contact",
@@ -30,6 +31,7 @@ const LAYERS: &[&str] = &[
     "integrate",
     "compile",
     "lib",
+    "simulation",
 ];
 
 /// The layer of a path such as `contact/mujoco/rows` or `math/Vec3`.

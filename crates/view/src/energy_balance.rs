@@ -1,8 +1,7 @@
 //! Where the energy went: work put in by pushes, lost to sliding, spinning and rolling, and to impacts.
 
 use penny::data::Data;
-use penny::dynamics::energy;
-use penny::dynamics::spatial;
+use penny::dynamics::{self, energy, spatial};
 use penny::math::{Mat3, Vec3, Vec6};
 use penny::model::Model;
 use penny::state::State;
@@ -89,18 +88,7 @@ pub fn com(model: &Model, data: &Data, body: usize) -> Vec3 {
 
 /// How all bodies move, as the last [`energy::energy`] has found it.
 pub fn twists(model: &Model, data: &Data) -> Twists {
-    let twist = |b: usize| {
-        let Some(tree) = model.bodies[b].tree else { return Vec6::zeros() };
-        let root = model.trees[tree].bodies.start;
-        let (v, w, at) = if model.trees[tree].free.is_some() {
-            let mover = &data.movers[root];
-            (spatial::lin(&mover.vel), mover.axes * spatial::ang(&mover.vel), mover.com)
-        } else {
-            (spatial::lin(&data.cvel[b]), spatial::ang(&data.cvel[b]), data.xpos[root])
-        };
-        spatial::join(&(v + w.cross(&(com(model, data, b) - at))), &w)
-    };
-    (0..model.bodies.len()).map(twist).collect()
+    (0..model.bodies.len()).map(|body| dynamics::twist(model, data, body)).collect()
 }
 
 /// Linear and angular velocity of a body at its centre of mass in a state. Brings `data` to it.

@@ -1,0 +1,238 @@
+//! The library's one way in: what is read, changed, saved and refused, and MuJoCo doing the same.
+
+use std::error::Error;
+
+use penny::forward::{Method, StepError};
+use penny::mjcf::Failure;
+use penny::model::Parts;
+use penny::simulation::Change;
+use penny::snapshot::Damaged;
+use penny::state::State;
+use penny::{Simulation, contact, integrate};
+use serde_json::Value;
+
+const SCENE: &str = include_str!("../client/scene.xml");
+
+fn simulation(law: &str) -> Simulation {
+    let mut sim = Simulation::from_xml(SCENE).unwrap_or_else(|e| panic!("{e}"));
+    sim.set_law(law).expect("a law");
+    // MuJoCo's law to rounding.
+    sim.edit(|m| (m.opt.tolerance, m.opt.iterations) = (0.0, 100)).expect("finite");
+    sim
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()
+}
+
+fn close(what: &str, found: &[f64], wanted: &[f64], tolerance: f64) {
+    let off = found.iter().zip(wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(found.len() == wanted.len() && off <= tolerance, "{what}: off by {off:e}: {found:?}, not {wanted:?}");
+}
+
+/// What tests/golden/topics/simulation.py does before each phase.
+fn change(sim: &mut Simulation, phase: &str) -> Result<(), Box<dyn Error>> {
+    match phase {
+        "start" => {}
+        "gravity" => sim.set_gravity([1.5, -0.5, -3.7])?,
+        "friction" => {
+            for geom in ["ground", "crate"] {
+                sim.set_friction(geom, [0.1, 0.001, 0.0001])?;
+            }
+        }
+        "solref" => sim.set_solref("crate", [0.05, 0.6])?,
+        "mass" => {
+            for body in ["crate", "bob"] {
+                sim.set_mass(body, 3.0 * sim.body(body)?.mass())?;
+            }
+        }
+        "push" => sim.push("crate", [4.0, 2.0, 1.0], [0.1, 0.2, 0.3])?,
+        "release" => {
+            sim.clear_forces();
+            sim.set_ctrl("drive", 0.4)?;
+        }
+        "timestep" => sim.set_timestep(0.001)?,
+        "key" => sim.reset_to("thrown")?,
+        other => panic!("{other}"),
+    }
+    Ok(())
+}
+
+#[test]
+fn a_run_that_is_changed_as_it_goes_is_mujocos() {
+    let golden: Value = serde_json::from_str(include_str!("../golden/simulation.json")).expect("JSON");
+    let steps = golden["steps"].as_u64().expect("a number") as usize;
+    let mut sim = simulation("mujoco");
+    for phase in golden["phases"].as_array().expect("phases") {
+        let name = phase["name"].as_str().expect("a name");
+        change(&mut sim, name).unwrap_or_else(|e| panic!("{name}: {e}"));
+        sim.step_n(steps).expect("stable");
+        close(name, &sim.state().qpos, &numbers(&phase["qpos"]), 1e-10);
+        close(name, &sim.state().qvel, &numbers(&phase["qvel"]), 1e-9);
+        let force = sim.contact_force("crate", "ground").expect("two geoms");
+        close(name, &force, &numbers(&phase["force"]), 1e-7);
+    }
+}
+
+/// A change is as good as a file that says so from the start: the next steps have the same bits, under every law.
+#[test]
+fn a_change_takes_effect_at_the_next_step_under_every_law() {
+    let changed: [(&str, &str, fn(&mut Simulation)); 5] = [
+        ("<worldbody>", r#"<option gravity="1 2 -3"/><worldbody>"#, |s| s.set_gravity([1.0, 2.0, -3.0]).expect("g")),
+        (r#"name="ground""#, r#"name="ground" friction="2 .1 .1""#, |s| {
+            s.set_friction("ground", [2.0, 0.1, 0.1]).expect("μ")
+        }),
+        (r#"name="crate" type="box""#, r#"name="crate" type="box" solref=".1 .3""#, |s| {
+            s.set_solref("crate", [0.1, 0.3]).expect("solref")
+        }),
+        (r#"size="0.08" pos="0.05 0 -0.4" mass="0.5""#, r#"size="0.08" pos="0.05 0 -0.4" mass="0.8""#, |s| {
+            s.set_mass("bob", 0.8).expect("a mass")
+        }),
+        (r#"axis="1 0 0" damping="0.2""#, r#"axis="1 0 0" damping="0.9""#, |s| {
+            s.edit(|m: &mut Parts| {
+                let dof = m.joints.iter().find(|j| j.name == "rail").expect("rail").dofadr;
+                m.dofs[dof].damping = 0.9;
+            })
+            .expect("damping")
+        }),
+    ];
+    for law in contact::ALL {
+        for (old, new, set) in changed {
+            let mut told = simulation(law.name);
+            told.step_n(60).expect("stable");
+            // So that the crate slides, and the cart runs.
+            (told.state_mut().qvel[0], told.state_mut().qvel[6]) = (1.0, 1.0);
+            let text = SCENE.replace(old, new);
+            assert_ne!(text, SCENE, "{old}");
+            let mut written = Simulation::from_xml(&text).unwrap_or_else(|e| panic!("{e}"));
+            written.set_law(law.name).expect("a law");
+            written.edit(|m| (m.opt.tolerance, m.opt.iterations) = (0.0, 100)).expect("finite");
+            written.restore(&told.save()).expect("the same lists");
+            let mut untold = told.clone();
+            set(&mut told);
+            told.step_n(5).expect("stable");
+            untold.step_n(5).expect("stable");
+            written.step_n(5).expect("stable");
+            close(new, &told.state().qvel, &written.state().qvel, 1e-13);
+            assert_ne!(untold.state().qvel, told.state().qvel, "{}: {new} has no effect", law.name);
+        }
+    }
+}
+
+#[test]
+fn a_saved_state_goes_on_with_the_same_bits() {
+    for law in contact::ALL {
+        for integrator in integrate::ALL {
+            let mut sim = simulation(law.name);
+            sim.set_integrator(integrator.name).expect("an integrator");
+            sim.set_timestep(5e-4).expect("a step");
+            sim.push("crate", [3.0, 1.0, 0.0], [0.0, 0.0, 0.15]).expect("a push");
+            sim.step_n(150).unwrap_or_else(|e| panic!("{} {}: {e}", law.name, integrator.name));
+            let saved = sim.save();
+            let bytes = State::from_bytes(&saved.to_bytes()).expect("a state");
+            let json = serde_json::to_string(&saved).expect("finite numbers");
+            let json: State = serde_json::from_str(&json).expect("a state");
+            let mut other = simulation(law.name);
+            other.set_integrator(integrator.name).expect("an integrator");
+            other.set_timestep(5e-4).expect("a step");
+            sim.step_n(50).expect("stable");
+            for state in [&bytes, &json] {
+                other.restore(state).expect("a state of this model");
+                other.step_n(50).expect("stable");
+                assert_eq!(other.save(), sim.save(), "{} {}", law.name, integrator.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_no_saved_state_is_refused() {
+    let bytes = simulation("penalty").save().to_bytes();
+    assert_eq!(State::from_bytes(b"<mujoco/>"), Err(Damaged::Foreign));
+    for cut in [9, bytes.len() - 8, bytes.len() - 1] {
+        assert_eq!(State::from_bytes(&bytes[..cut]), Err(Damaged::Length), "{cut}");
+    }
+    let mut long = bytes.clone();
+    long[16..24].copy_from_slice(&u64::MAX.to_le_bytes());
+    assert_eq!(State::from_bytes(&long), Err(Damaged::Length));
+    let mut ball =
+        Simulation::from_xml("<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>")
+            .expect("a scene");
+    let error = ball.restore(&simulation("penalty").save()).expect_err("another scene");
+    assert_eq!(error.to_string(), "qpos has 14 numbers where the model has 7: it is no state of this model");
+}
+
+/// Each of these was once taken without a word.
+#[test]
+fn what_cannot_be_is_an_error_where_it_enters() {
+    let mut sim = simulation("penalty");
+    for h in [-0.002, 0.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(sim.set_timestep(h), Err(StepError::Timestep(_))));
+        let method = Method { timestep: h, ..*sim.method() };
+        let (mut state, mut data) = (sim.save(), sim.data().clone());
+        let error = penny::forward::step(sim.model(), &method, &mut state, &mut data).expect_err("no timestep");
+        assert!(error.to_string().contains("above zero"), "{error}");
+    }
+    let untouched = sim.save();
+    sim.state_mut().xfrc_applied = vec![Default::default(); 2];
+    let error: Box<dyn Error> = Box::new(sim.step().expect_err("two of seven bodies"));
+    assert_eq!(error.to_string(), "xfrc_applied has 2 numbers where the model has 6: it is no state of this model");
+    sim.restore(&untouched).expect("its own state");
+    assert!(matches!(sim.set_ctrl("drive", f64::NAN), Err(Change::Invalid(_))));
+    assert!(matches!(sim.set_friction("crate", [-1.0, 0.0, 0.0]), Err(Change::Invalid(_))));
+    assert!(sim.set_gravity([0.0, f64::INFINITY, 0.0]).is_err());
+    assert!(sim.set_mass("crate", -1.0).is_err() && sim.set_mass("lift", 0.0).is_err());
+    assert!(sim.edit(|m| m.geoms[1].contype = 2).is_err(), "what can touch what is compiled");
+    assert_eq!(
+        sim.body("crat").err().expect("no such body").to_string(),
+        "there is no body `crat`: did you mean `crate`?"
+    );
+    assert!(sim.geom(99).is_err() && sim.joint("").is_err() && sim.reset_to("thrwn").is_err());
+    let error = sim.set_law("pennalty").expect_err("no such law");
+    assert_eq!(error.nearest.as_deref(), Some("penalty"));
+    // Nothing of all that has changed anything.
+    sim.step().expect("a step");
+    let mut clean = simulation("penalty");
+    clean.step().expect("a step");
+    assert_eq!(sim.save(), clean.save());
+}
+
+#[test]
+fn poses_lag_by_one_step_until_forward() {
+    let mut sim = simulation("mujoco");
+    sim.reset_to("thrown").expect("a key");
+    let before = sim.body("crate").expect("a crate").position();
+    sim.step().expect("a step");
+    assert_eq!(sim.body("crate").expect("a crate").position(), before);
+    sim.forward();
+    assert_eq!(sim.body("crate").expect("a crate").position(), sim.joint("crate").expect("its joint").qpos()[..3]);
+    close("velocity", &sim.body("crate").expect("a crate").velocity(), &sim.state().qvel[..3], 1e-15);
+}
+
+#[test]
+fn forces_are_read_by_name() {
+    for law in contact::ALL {
+        let mut sim = simulation(law.name);
+        sim.step_n(1500).expect("stable");
+        let weight = 2.0 * 9.81;
+        let up = sim.body("crate").expect("a crate").contact_force();
+        close(law.name, &up, &[0.0, 0.0, weight], 1e-3);
+        close(law.name, &sim.contact_force("crate", "ground").expect("geoms"), &up, 1e-12);
+        close(law.name, &sim.contact_force("ground", "crate").expect("geoms"), &up.map(|f| -f), 1e-12);
+        let carried: f64 = sim.contacts().filter(|t| t.names() == ["ground", "crate"]).map(|t| t.normal_force()).sum();
+        close(law.name, &[carried], &[weight], 1e-3);
+    }
+}
+
+/// An error of any kind can be handed on with `?`.
+#[test]
+fn every_error_is_an_error() {
+    fn is_error<E: Error + Send + Sync + 'static>() {}
+    is_error::<StepError>();
+    is_error::<penny::diverged::Diverged>();
+    is_error::<Change>();
+    is_error::<penny::compile::Invalid>();
+    is_error::<penny::state::WrongState>();
+    is_error::<Damaged>();
+    is_error::<Failure>();
+}
