@@ -77,7 +77,8 @@ fn a_run_that_is_changed_as_it_goes_is_mujocos() {
 /// A change is as good as a file that says so from the start: the next steps have the same bits, under every law.
 #[test]
 fn a_change_takes_effect_at_the_next_step_under_every_law() {
-    let changed: [(&str, &str, fn(&mut Simulation)); 5] = [
+    type Set = fn(&mut Simulation);
+    let changed: [(&str, &str, Set); 5] = [
         ("<worldbody>", r#"<option gravity="1 2 -3"/><worldbody>"#, |s| s.set_gravity([1.0, 2.0, -3.0]).expect("g")),
         (r#"name="ground""#, r#"name="ground" friction="2 .1 .1""#, |s| {
             s.set_friction("ground", [2.0, 0.1, 0.1]).expect("μ")

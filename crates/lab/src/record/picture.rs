@@ -14,8 +14,11 @@ pub struct Picture {
     /// The coordinates that have a velocity of their own, each with its position and velocity over time.
     phase: Vec<(Phase, Vec<[f64; 2]>)>,
     /// What was chosen instead of all that, each over time.
-    chosen: Vec<(Quantity, Vec<[f64; 2]>)>,
+    chosen: Vec<Curve>,
 }
+
+/// A quantity, and its values (time in s, value).
+type Curve = (Quantity, Vec<[f64; 2]>);
 
 /// Curves in one panel.
 const CURVES_IN_PANEL: usize = 4;
@@ -89,9 +92,9 @@ impl Picture {
 
     /// A panel for each unit and group, of a few curves each.
     fn chosen_figure(&self, title: &str, subtitle: &str) -> Figure {
-        let mut panels: Vec<Vec<&(Quantity, Vec<[f64; 2]>)>> = Vec::new();
+        let mut panels: Vec<Vec<&Curve>> = Vec::new();
         for curve in &self.chosen {
-            let alike = |panel: &&mut Vec<&(Quantity, Vec<[f64; 2]>)>| {
+            let alike = |panel: &&mut Vec<&Curve>| {
                 let first = &panel[0].0;
                 panel.len() < CURVES_IN_PANEL && first.unit == curve.0.unit && first.group == curve.0.group
             };
@@ -100,12 +103,12 @@ impl Picture {
                 None => panels.push(vec![curve]),
             }
         }
-        let panel = |curves: &Vec<&(Quantity, Vec<[f64; 2]>)>| {
+        let panel = |curves: &Vec<&Curve>| {
             let Quantity { unit, .. } = &curves[0].0;
             let word = super::GROUPS.iter().find(|(_, group)| *group == curves[0].0.group).map_or("", |(word, _)| word);
             let title = if curves.len() == 1 { curves[0].0.name.clone() } else { word.to_owned() };
             let label = if unit.is_empty() { word.to_owned() } else { format!("{word} [{unit}]") };
-            let line = |(i, (quantity, points)): (usize, &&(Quantity, Vec<[f64; 2]>))| {
+            let line = |(i, (quantity, points)): (usize, &&Curve)| {
                 let name = if curves.len() == 1 { "" } else { &quantity.name };
                 Layer::Line(Line::new(name, CURVES[i], points.clone()).dashed(DASHES[i]))
             };

@@ -1,6 +1,6 @@
 //! States as JSON, bit for bit: a run goes on from one as if it had never stopped.
 //!
-//!     {"penny_state": 1, "model": {…}, "method": {…}, "time", "qpos", "qvel", "ctrl", "xfrc_applied", "qacc_warmstart", "warm"}
+//!     {"penny_state": 1, "model": {…}, "method": {…}, "state": {"time", "qpos", "qvel", …}}
 //!
 //! A number is written with as many digits as tell it from its neighbours, and read back as the same bits. `model` says
 //! what the numbers belong to: a state of another scene is refused, one of the same scene with another mass or friction is
@@ -9,11 +9,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::names;
-use penny::data::JointRowKind;
 use penny::forward::Method;
-use penny::math::Vec6;
 use penny::model::Model;
-use penny::state::{Key, State, Warm};
+use penny::state::State;
 
 /// Of this layout of the file.
 const VERSION: u32 = 1;
@@ -24,14 +22,7 @@ struct Saved {
     penny_state: u32,
     model: Shape,
     method: How,
-    time: f64,
-    qpos: Vec<f64>,
-    qvel: Vec<f64>,
-    ctrl: Vec<f64>,
-    /// Force and torque on each body, or none.
-    xfrc_applied: Vec<[f64; 6]>,
-    qacc_warmstart: Vec<f64>,
-    warm: Vec<Remembered>,
+    state: State,
 }
 
 /// What a state's numbers belong to.
@@ -50,20 +41,6 @@ struct How {
     integrator: String,
     timestep: f64,
 }
-
-/// The force of one contact or joint row in the last step.
-#[derive(Serialize, Deserialize)]
-#[serde(untagged)]
-enum Remembered {
-    Contact { geoms: [u32; 2], feature: u32, force: [f64; 6] },
-    Joint { dof: usize, row: String, force: [f64; 6] },
-}
-
-const ROWS: [(&str, JointRowKind); 3] = [
-    ("dry friction", JointRowKind::DryFriction),
-    ("lower limit", JointRowKind::LowerLimit),
-    ("upper limit", JointRowKind::UpperLimit),
-];
 
 impl Shape {
     fn of(model: &Model) -> Shape {
@@ -97,16 +74,8 @@ impl Shape {
 ///
 /// Errors: none of the numbers of a run that has not diverged; else a number that JSON does not have.
 pub fn write_state(model: &Model, method: &Method, state: &State) -> Result<String, String> {
-    let State { time, qpos, qvel, ctrl, xfrc_applied, qacc_warmstart, warm } = state;
-    let remembered = |warm: &Warm| match warm.key {
-        Key::Contact(geoms, feature) => Remembered::Contact { geoms, feature, force: warm.force },
-        Key::Joint(dof, kind) => {
-            let row = ROWS.iter().find(|(_, k)| *k == kind).map_or("", |(name, _)| name);
-            Remembered::Joint { dof, row: row.to_owned(), force: warm.force }
-        }
-    };
-    let finite = [qpos, qvel, ctrl, qacc_warmstart].into_iter().flatten().all(|x| x.is_finite()) && time.is_finite();
-    if !finite {
+    let numbers = [&state.qpos, &state.qvel, &state.ctrl, &state.qacc_warmstart].into_iter().flatten();
+    if !numbers.chain([&state.time]).all(|x| x.is_finite()) {
         return Err("the state has numbers that are not finite".to_owned());
     }
     let saved = Saved {
@@ -117,13 +86,7 @@ pub fn write_state(model: &Model, method: &Method, state: &State) -> Result<Stri
             integrator: method.integrator.name.to_owned(),
             timestep: method.timestep,
         },
-        time: *time,
-        qpos: qpos.clone(),
-        qvel: qvel.clone(),
-        ctrl: ctrl.clone(),
-        xfrc_applied: xfrc_applied.iter().map(|f| (*f).into()).collect(),
-        qacc_warmstart: qacc_warmstart.clone(),
-        warm: warm.iter().map(remembered).collect(),
+        state: state.clone(),
     };
     serde_json::to_string(&saved).map(|text| text + "\n").map_err(|e| e.to_string())
 }
@@ -142,35 +105,6 @@ pub fn read_state(model: &Model, text: &str) -> Result<State, String> {
     if let Some(why) = Shape::of(model).differs(&saved.model) {
         return Err(format!("it is a state of another scene: {why}"));
     }
-    let counts = [
-        (saved.qpos.len(), model.nq, "qpos"),
-        (saved.qvel.len(), model.nv, "qvel"),
-        (saved.ctrl.len(), model.actuators.len(), "ctrl"),
-        (saved.qacc_warmstart.len(), model.nv, "qacc_warmstart"),
-    ];
-    if let Some((there, here, what)) = counts.into_iter().find(|(a, b, _)| a != b) {
-        return Err(format!("it is damaged: `{what}` has {there} numbers, and this scene has {here}"));
-    }
-    if ![0, model.bodies.len()].contains(&saved.xfrc_applied.len()) {
-        return Err(format!("it is damaged: `xfrc_applied` has {} rows", saved.xfrc_applied.len()));
-    }
-    let warm = |remembered: Remembered| {
-        Ok(match remembered {
-            Remembered::Contact { geoms, feature, force } => Warm { key: Key::Contact(geoms, feature), force },
-            Remembered::Joint { dof, row, force } => {
-                let kind = ROWS.iter().find(|(name, _)| *name == row).map(|(_, kind)| *kind);
-                let kind = kind.ok_or_else(|| format!("it is damaged: no joint has a `{row}`"))?;
-                Warm { key: Key::Joint(dof, kind), force }
-            }
-        })
-    };
-    Ok(State {
-        time: saved.time,
-        qpos: saved.qpos,
-        qvel: saved.qvel,
-        ctrl: saved.ctrl,
-        xfrc_applied: saved.xfrc_applied.into_iter().map(Vec6::from).collect(),
-        qacc_warmstart: saved.qacc_warmstart,
-        warm: saved.warm.into_iter().map(warm).collect::<Result<_, String>>()?,
-    })
+    saved.state.suits(model).map_err(|wrong| format!("it is damaged: {wrong}"))?;
+    Ok(saved.state)
 }
