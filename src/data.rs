@@ -13,6 +13,7 @@ use crate::dynamics::spatial::Inertia;
 use crate::math::{Mat3, Quat, Vec3, Vec6};
 use crate::model::Model;
 
+/// Results of the last step or [`forward`](crate::forward::forward), and the buffers that it worked in; see the module.
 #[derive(Clone, Debug, Default)]
 pub struct Data {
     /// What a step of this model has to compute.
@@ -21,14 +22,19 @@ pub struct Data {
     pub revision: u64,
 
     // Kinematics: poses in the world.
+    /// Origin of each body, m.
     pub xpos: Vec<Vec3>,
+    /// Orientation of each body.
     pub xquat: Vec<Quat>,
+    /// The same as a matrix.
     pub xmat: Vec<Mat3>,
     /// Anchor (m) and unit axis of each joint in the world.
     pub xanchor: Vec<Vec3>,
+    /// Axis of each joint, unit vector.
     pub xaxis: Vec<Vec3>,
     /// Poses of the geoms that take part in collisions; others are never computed.
     pub geom_xpos: Vec<Vec3>,
+    /// Their axes, as columns.
     pub geom_xmat: Vec<Mat3>,
     /// How each body that has joints moves, as one rigid body (indexed by body; see [`Mover`]).
     pub movers: Vec<Mover>,
@@ -49,9 +55,11 @@ pub struct Data {
     pub qacc_smooth: Vec<f64>,
     /// Inertia matrix, one dense row-major block per tree at `m_adr[tree]`; free trees have none.
     pub qm: Vec<f64>,
+    /// Where the block of each tree begins in `qm`.
     pub m_adr: Vec<usize>,
     /// The same without what is zero, and its factor: rows as in [`factor`](crate::dynamics::factor).
     pub qm_rows: Vec<f64>,
+    /// The factor.
     pub qld: Vec<f64>,
 
     // Scratch of trees that are not free bodies: six-vectors in world axes about the tree's first body.
@@ -60,9 +68,13 @@ pub struct Data {
     /// Twist of each body. Of each body with joints, as one with what is welded to it: acceleration, force, inertia,
     /// and inertia with all that hangs on it.
     pub cvel: Vec<Vec6>,
+    /// Acceleration.
     pub cacc: Vec<Vec6>,
+    /// Force.
     pub cfrc: Vec<Vec6>,
+    /// Inertia.
     pub cinert: Vec<Inertia>,
+    /// Inertia with all that hangs on it.
     pub crb: Vec<Inertia>,
     /// The same of trees that move in a plane.
     pub planar: plane::Scratch,
@@ -70,7 +82,9 @@ pub struct Data {
     pub stages: Stages,
 
     // Contacts.
+    /// The contacts, in MuJoCo's order.
     pub contacts: Vec<Contact>,
+    /// Scratch of collision detection.
     pub detect: Scratch,
     /// Joint limits that are near, and dry friction: dry friction first.
     pub joint_rows: Vec<JointRow>,
@@ -82,6 +96,7 @@ pub struct Data {
     pub qfrc_constraint: Vec<f64>,
     /// What the scene's sensors measured, one after the other: see [`crate::sensors`].
     pub sensordata: Vec<f64>,
+    /// What the last step did.
     pub counts: Counts,
     /// Of the last solve for contact forces: most linear systems of an island, largest residual that was left.
     pub solver: Outcome,
@@ -168,11 +183,13 @@ impl Default for Mover {
 /// One contact point of the current step.
 #[derive(Clone, Copy, Debug)]
 pub struct Contact {
+    /// The two geoms.
     pub geom: [u32; 2],
     /// The bodies that move with the two geoms (`Body::weld`; 0 for what never moves).
     pub body: [u32; 2],
     /// Index into `model.mixes`.
     pub mix: u32,
+    /// Which corner, edge or end of the two touches: the same from step to step.
     pub feature: u32,
     /// m; negative in penetration.
     pub dist: f64,
@@ -188,10 +205,13 @@ pub struct Contact {
 /// A row of J on the dofs of one joint: a limit that is near, or dry friction of one dof.
 #[derive(Clone, Copy, Debug)]
 pub struct JointRow {
+    /// Limit or dry friction.
     pub kind: JointRowKind,
+    /// Index of the joint.
     pub joint: usize,
     /// First dof, index into qvel, and how many there are: three for a ball joint.
     pub dof: usize,
+    /// How many dofs its row has.
     pub n: usize,
     /// J: −axis of a ball joint, ±1 of a limit, 1 of dry friction.
     pub entries: [f64; 3],
@@ -199,6 +219,7 @@ pub struct JointRow {
     pub violation: f64,
     /// d(r)
     pub impedance: f64,
+    /// Spring and damper of the row.
     pub reference: Reference,
     /// MuJoCo's estimate of J M⁻¹ Jᵀ: `invweight0`, 1/kg or 1/(kg m²).
     pub inverse: f64,
@@ -208,9 +229,12 @@ pub struct JointRow {
     pub force: f64,
 }
 
+/// What a row of a joint stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum JointRowKind {
+    /// `frictionloss`
     DryFriction,
+    /// `range[0]`
     LowerLimit,
     /// The only one of a ball joint.
     UpperLimit,
@@ -230,6 +254,7 @@ pub struct Outcome {
 pub struct Counts {
     /// Geom pairs handed to a collider.
     pub pairs: usize,
+    /// Contacts found.
     pub contacts: usize,
     /// Scalar constraint rows set up (contact directions, limits, dry friction).
     pub rows: usize,
@@ -244,11 +269,13 @@ pub struct Counts {
 pub struct Stages {
     /// State at the start of the step.
     pub qpos: Vec<f64>,
+    /// Velocity at the start of the step (nv).
     pub qvel: Vec<f64>,
     /// How positions change during a stage (nv).
     pub rate: Vec<f64>,
     /// Weighted sums over the stages (nv), or the acceleration that an implicit update uses.
     pub vel: Vec<f64>,
+    /// Weighted sum of accelerations (nv).
     pub acc: Vec<f64>,
     /// Factor of an implicit update's matrix, layout of `qld`.
     pub qh: Vec<f64>,

@@ -15,6 +15,7 @@ pub struct Diverged {
     pub body: usize,
     /// `qpos`, `qvel` or `qacc`, and its index.
     pub quantity: &'static str,
+    /// Index of the number in that quantity.
     pub index: usize,
     /// SI, as the quantity has it: m or rad, and per s or s².
     pub value: f64,

@@ -1,10 +1,15 @@
 //! The kinds of joints, shapes, actuators and cones: what a file can name is what a model can have.
 
+/// How a joint lets a body move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JointKind {
+    /// Six degrees of freedom.
     Free,
+    /// Three rotations.
     Ball,
+    /// Along an axis.
     Slide,
+    /// About an axis.
     Hinge,
 }
 
@@ -39,11 +44,17 @@ impl JointKind {
 /// In MuJoCo's order: in a contact the geom of lower kind comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum GeomKind {
+    /// Half-space below a plane.
     Plane,
+    /// Ball.
     Sphere,
+    /// Cylinder with half-balls at its ends.
     Capsule,
+    /// Ellipsoid.
     Ellipsoid,
+    /// Cylinder.
     Cylinder,
+    /// Cuboid.
     Box,
 }
 
@@ -61,17 +72,24 @@ impl GeomKind {
     }
 }
 
+/// How an actuator was written; gain and bias say what it does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ActuatorKind {
+    /// `<motor>`
     Motor,
+    /// `<position>`
     Position,
+    /// `<velocity>`
     Velocity,
+    /// `<general>`
     General,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cone {
+    /// Approximated by a pyramid.
     Pyramidal,
+    /// Exact.
     Elliptic,
 }
 

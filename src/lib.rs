@@ -33,8 +33,11 @@ pub use simulation::Simulation;
 /// A file, ready to be simulated.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// The text with its elements and their places.
     pub document: Document,
+    /// What it describes.
     pub model: model::Model,
+    /// What is valid, but probably not meant.
     pub warnings: Vec<Problem>,
 }
 

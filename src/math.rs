@@ -5,10 +5,15 @@
 //! Six-vectors (twists, wrenches, free-joint velocities) hold the **linear part first**, then the angular
 //! part: the order of a free joint in `qvel` and of MuJoCo's `xfrc_applied`.
 
+/// Three numbers: x, y, z.
 pub type Vec3 = nalgebra::Vector3<f64>;
+/// 3 × 3.
 pub type Mat3 = nalgebra::Matrix3<f64>;
+/// Linear part, angular part.
 pub type Vec6 = nalgebra::Vector6<f64>;
+/// 6 × 6.
 pub type Mat6 = nalgebra::Matrix6<f64>;
+/// A rotation.
 pub type Quat = nalgebra::UnitQuaternion<f64>;
 
 /// MuJoCo's `mjMINVAL`: below this a length, mass or denominator counts as zero.
@@ -110,11 +115,17 @@ pub fn vec3(s: &[f64]) -> Vec3 {
 /// A symmetric 3 × 3 matrix.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sym3 {
+    /// Diagonal.
     pub xx: f64,
+    /// Diagonal.
     pub yy: f64,
+    /// Diagonal.
     pub zz: f64,
+    /// Off the diagonal, twice in the matrix.
     pub xy: f64,
+    /// Off the diagonal, twice in the matrix.
     pub xz: f64,
+    /// Off the diagonal, twice in the matrix.
     pub yz: f64,
 }
 
@@ -133,6 +144,7 @@ impl Sym3 {
         Sym3 { xx: x.dot(&sx), yy: y.dot(&sy), zz: z.dot(&sz), xy: x.dot(&sy), xz: x.dot(&sz), yz: y.dot(&sz) }
     }
 
+    /// Matrix times vector.
     #[inline]
     pub fn mul(&self, v: &Vec3) -> Vec3 {
         Vec3::new(
@@ -142,6 +154,7 @@ impl Sym3 {
         )
     }
 
+    /// Sum.
     #[inline]
     pub fn add(&mut self, other: &Sym3) {
         self.xx += other.xx;
@@ -152,6 +165,7 @@ impl Sym3 {
         self.yz += other.yz;
     }
 
+    /// All nine numbers.
     pub fn mat(&self) -> Mat3 {
         Mat3::new(self.xx, self.xy, self.xz, self.xy, self.yy, self.yz, self.xz, self.yz, self.zz)
     }

@@ -10,7 +10,9 @@ use crate::state::State;
 /// How a model is computed: the same model runs under every method.
 #[derive(Clone, Copy)]
 pub struct Method {
+    /// The contact law.
     pub contact: &'static Law,
+    /// The integrator.
     pub integrator: &'static Integrator,
     /// s
     pub timestep: f64,

@@ -8,6 +8,7 @@ use crate::data::{Contact, Data, JointRow, JointRowKind};
 use crate::math::Vec6;
 use crate::model::{Keyframe, Model};
 
+/// Time, positions, velocities, controls, applied forces, and what the solvers start from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
@@ -31,6 +32,7 @@ pub struct State {
 /// The force of one contact, joint limit or dry friction, remembered by what it is, not by its place in the list.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Warm {
+    /// What it belongs to.
     pub key: Key,
     /// Normal, two tangential (N); torsional, two rolling (N m); in the contact's frame. Of a joint the first, N or N m.
     pub force: [f64; 6],
@@ -48,8 +50,11 @@ pub enum Key {
 /// What a step leaves for the contact law of the next one; see [`State::remember`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
+    /// Every step begins anew.
     Nothing,
+    /// `qacc_warmstart`
     Acceleration,
+    /// `warm`
     Forces,
 }
 

@@ -39,7 +39,9 @@ pub fn room(model: &Model) -> usize {
 /// A shape where it is: size as in [`crate::model::Geom`], centre and axes in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed<'a> {
+    /// As in [`Geom`](crate::model::Geom), m.
     pub size: &'a Vec3,
+    /// Centre in the world, m.
     pub pos: &'a Vec3,
     /// Columns are the shape's axes.
     pub mat: &'a Mat3,
@@ -86,6 +88,7 @@ impl Default for Hits {
 }
 
 impl Hits {
+    /// Forgets all of them.
     pub fn clear(&mut self) {
         self.len = 0;
     }
@@ -96,6 +99,7 @@ impl Hits {
             self.len += 1;
         }
     }
+    /// All of them, in the order in which they were found.
     pub fn as_slice(&self) -> &[Hit] {
         &self.hits[..self.len]
     }

@@ -14,6 +14,7 @@ use crate::model::{Body, Geom, Model, Pair};
 const SLACK: f64 = 0.25;
 const NONE: u32 = u32::MAX;
 
+/// The broad phase of scenes with many geoms, and its buffers.
 #[derive(Clone, Debug, Default)]
 pub struct Sweep {
     /// The geoms, largest first.

@@ -9,6 +9,7 @@ use crate::state::State;
 /// J
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
+    /// ½ Σ V·I V of all bodies, and of armatures.
     pub kinetic: f64,
     /// Gravity, from the world's origin upwards, and springs.
     pub potential: f64,

@@ -4,18 +4,18 @@
 //! (composite rigid bodies), bias forces (recursive Newton–Euler) and one solve, in three numbers a body where it moves
 //! in one plane. A tree that only slides has a constant inertia matrix and constant bias forces: they are computed once.
 
-pub mod actuation;
-pub mod bias;
+pub(crate) mod actuation;
+pub(crate) mod bias;
 pub mod energy;
-pub mod factor;
-pub mod free;
-pub mod inertia;
-pub mod kinematics;
-pub mod links;
-pub mod passive;
-pub mod plan;
-pub mod planar;
-pub mod plane;
+pub(crate) mod factor;
+pub(crate) mod free;
+pub(crate) mod inertia;
+pub(crate) mod kinematics;
+pub(crate) mod links;
+pub(crate) mod passive;
+pub(crate) mod plan;
+pub(crate) mod planar;
+pub(crate) mod plane;
 pub mod spatial;
 
 use crate::data::Data;

@@ -19,6 +19,7 @@ pub fn ang(s: &Vec6) -> Vec3 {
     Vec3::new(s[3], s[4], s[5])
 }
 
+/// Both parts as one six-vector.
 #[inline]
 pub fn join(lin: &Vec3, ang: &Vec3) -> Vec6 {
     Vec6::new(lin.x, lin.y, lin.z, ang.x, ang.y, ang.z)
@@ -59,8 +60,11 @@ pub fn at(v: &Vec6, r: &Vec3) -> Vec6 {
 /// Inertia of a rigid body about o: mass m (kg), m·(com − o) (kg m), rotational inertia about o (kg m²).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Inertia {
+    /// kg
     pub mass: f64,
+    /// Mass times place of the centre of mass, kg m.
     pub moment: Vec3,
+    /// Moments about the origin, kg m².
     pub about: Sym3,
 }
 
@@ -75,6 +79,7 @@ impl Inertia {
         Inertia { mass, moment: mass * com, about }
     }
 
+    /// Two bodies as one.
     #[inline]
     pub fn add(&mut self, other: &Inertia) {
         self.mass += other.mass;

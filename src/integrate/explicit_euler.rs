@@ -1,14 +1,17 @@
+//! Explicit Euler: q ← q ⊕ h v, v ← v + h a, both from the start of the step.
+
 use super::{Integrator, add_scaled, displace};
 use crate::data::Data;
 use crate::forward::{Method, begin};
 use crate::model::Model;
 use crate::state::State;
 
+/// The record.
 pub const METHOD: Integrator = Integrator {
     name: "explicit-euler",
     mjcf: &[],
     order: 1,
-    about: "old velocity moves, old force accelerates: gains energy; only to see why nobody uses it",
+    about: "old velocity moves, old force accelerates: gains energy; for comparison only",
     implicit: false,
     advance,
     // [1, h; −hω², 1 − 2ζωh]

@@ -1,3 +1,5 @@
+//! Implicit Euler: v and q at the end of the step, with all forces taken there, contacts included.
+
 use super::{Integrator, displace};
 use crate::collision;
 use crate::contact::tangent::{self, Tangent};
@@ -9,6 +11,7 @@ use crate::model::Model;
 use crate::sensors;
 use crate::state::State;
 
+/// The record.
 pub const METHOD: Integrator = Integrator {
     name: "implicit-euler",
     mjcf: &[],

@@ -1,3 +1,5 @@
+//! MuJoCo's `implicitfast`: semi-implicit Euler with the derivatives of forces by velocity, but for Coriolis forces.
+
 use super::{Integrator, add_scaled, displace, semi_implicit_euler};
 use crate::data::Data;
 use crate::dynamics::actuation;
@@ -6,6 +8,7 @@ use crate::math::{Mat3, Mat6, Vec3, Vec6, cross, vec3};
 use crate::model::{FreeBody, JointKind, Model, Tree};
 use crate::state::State;
 
+/// The record.
 pub const METHOD: Integrator = Integrator {
     name: "implicitfast",
     mjcf: &["implicitfast", "implicit"],

@@ -12,6 +12,7 @@ pub use crate::method::{DampedSpring, Integrator, Matrix2};
 use crate::method::{Method, ROUNDS};
 use crate::model::{JointKind, Model};
 
+/// All integrators.
 pub const ALL: &[&Integrator] = &[
     &explicit_euler::METHOD,
     &semi_implicit_euler::METHOD,

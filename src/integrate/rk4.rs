@@ -1,3 +1,5 @@
+//! The classical Runge–Kutta method of fourth order, MuJoCo's `RK4`.
+
 use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
 use crate::data::Data;
 use crate::forward::{Method, begin, forward};
@@ -5,6 +7,7 @@ use crate::math::{Vec3, vec3};
 use crate::model::{JointKind, Model};
 use crate::state::{Start, State};
 
+/// The record.
 pub const METHOD: Integrator = Integrator {
     name: "rk4",
     mjcf: &["RK4"],

@@ -1,9 +1,12 @@
+//! Semi-implicit Euler, MuJoCo's `Euler`: v ← v + h a, then q ← q ⊕ h v; dampers of joints implicit.
+
 use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
 use crate::data::Data;
 use crate::forward::{Method, begin};
 use crate::model::Model;
 use crate::state::State;
 
+/// The record.
 pub const METHOD: Integrator = Integrator {
     name: "semi-implicit-euler",
     mjcf: &["Euler"],

@@ -254,7 +254,7 @@ fn a_sweep_says_what_its_numbers_are_worth() {
     let output = penny(&args);
     let said = crate::said(&output);
     assert!(output.status.success(), "{said}");
-    for part in ["5 s to 62.5 ms", "its own truth", "for the truth is no better known", "tutorial"] {
+    for part in ["5 s to 62.5 ms", "its own reference", "the uncertainty of the reference solution", "tutorial"] {
         assert!(said.contains(part), "{part}: {said}");
     }
     // The truth is kept: what is written there is what a resumed sweep goes by.

@@ -87,7 +87,7 @@ enum Command {
     Play(play::Args),
     /// Pictures and videos, without a display
     Render(render::Args),
-    /// Weigh accuracy against cost of every method, or draw where the scene stays stable
+    /// Error against cost of every method, and stability maps
     Sweep(sweep::Args),
 }
 

@@ -175,7 +175,7 @@ impl Args {
             return Ok(());
         }
         Err(Failure::Usage(format!(
-            "error: {} at a timestep of {} makes {} steps, which nobody can wait for; the most is {}",
+            "error: {} at a timestep of {} makes {} steps, more than can be run; the limit is {}",
             si(self.time, "s"),
             si(smallest, "s"),
             short(self.time / smallest),
@@ -247,7 +247,7 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
         eprintln!("{place}: {} of {} rows are there already", methods.len() - todo.len(), methods.len());
     }
     if !todo.is_empty() {
-        eprintln!("{place}: each row is kept as it comes; after an interruption, --resume goes on");
+        eprintln!("{place}: rows are written as they are computed; --resume continues an interrupted sweep");
     }
     let bar = self::bar("accuracy", work(&todo));
     let mut problem = None;
@@ -334,7 +334,7 @@ fn target(
                 };
                 let name = if contactless(&case.model) { "all laws (nothing touches)" } else { law.name };
                 notes.push(format!(
-                    "{name}: truth is {}, uncertain by {} m",
+                    "{name}: reference solution: {}, uncertainty {} m",
                     found.about,
                     plot::number(found.uncertainty)
                 ));
@@ -350,7 +350,8 @@ fn target(
                 None => mujoco(args, case, fine)?,
             };
             bar.finish_and_clear();
-            let note = format!("truth is {}, uncertain by {} m", found.about, plot::number(found.uncertainty));
+            let note =
+                format!("reference solution: {}, uncertainty {} m", found.about, plot::number(found.uncertainty));
             let references = laws.iter().map(|law| (law.name, found.clone())).collect();
             Ok((Target::Poses(references), vec![note], position))
         }
@@ -369,7 +370,7 @@ fn target(
             let method = grid::methods(laws, &args.integrators(), &[smallest], args.rounds);
             let method = method.first().ok_or_else(|| Failure::Usage("error: no method to run".to_owned()))?;
             let exact = found.of(case, method).map_err(|why| Failure::Problem(format!("error: {why}")))?;
-            let note = format!("truth is {}: {} = {}", found.about, found.quantity, short(exact));
+            let note = format!("reference: {}: {} = {}", found.about, found.quantity, short(exact));
             Ok((Target::Exact(found), vec![note], found.quantity.to_owned()))
         }
     }
@@ -437,11 +438,13 @@ fn recommendations(
     let doubtful = uncertainty.iter().filter(|(_, u)| **u > TOLERANCES[2]).map(|(law, u)| format!("{law} {u:.1e} m"));
     let doubtful: Vec<_> = doubtful.collect();
     if !doubtful.is_empty() {
-        text +=
-            &format!("  (errors below this mean nothing, for the truth is no better known: {})\n", doubtful.join(", "));
+        text += &format!(
+            "  (smaller errors are below the uncertainty of the reference solution: {})\n",
+            doubtful.join(", ")
+        );
     }
     if own_truths && rows.iter().any(|r| r.law != rows[0].law) {
-        text += "  Each law is measured against its own truth: this tells which is quick, not which law is right.\n";
+        text += "  Each law is compared with its own reference solution: this ranks methods by cost, not laws by accuracy.\n";
     }
     if unstable > 0 {
         text += &format!("  {unstable} of {} methods were unstable\n", rows.len());
