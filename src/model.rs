@@ -56,16 +56,27 @@ impl Model {
 /// What a [`Model`] is made of.
 #[derive(Clone, Debug)]
 pub struct Parts {
+    /// As in the file; empty if it has none.
     pub name: String,
+    /// Length of qpos.
     pub nq: usize,
+    /// Degrees of freedom: length of qvel.
     pub nv: usize,
+    /// `<option>`
     pub opt: Options,
+    /// The world first.
     pub bodies: Vec<Body>,
+    /// By body.
     pub joints: Vec<Joint>,
+    /// By joint.
     pub dofs: Vec<Dof>,
+    /// By body.
     pub geoms: Vec<Geom>,
+    /// By body.
     pub sites: Vec<Site>,
+    /// In the order of the file.
     pub actuators: Vec<Actuator>,
+    /// In the order of the file.
     pub sensors: Vec<Sensor>,
     /// How many numbers the sensors give.
     pub nsensordata: usize,
@@ -75,9 +86,11 @@ pub struct Parts {
     pub pairs: Pairs,
     /// Contact parameters that occur, each once; [`Pair::mix`] and `Contact::mix` point here.
     pub mixes: Vec<Mix>,
+    /// In the order of the file.
     pub keyframes: Vec<Keyframe>,
     /// `<custom>`: numbers and texts by name.
     pub numerics: BTreeMap<String, Vec<f64>>,
+    /// `<custom><text>` by name.
     pub texts: BTreeMap<String, String>,
     /// The tutorial law's parameters, from `<custom>` numerics `penny.*`.
     pub tutorial: TutorialParams,
@@ -96,12 +109,15 @@ pub struct Options {
     pub gravity: Vec3,
     /// The MJCF keyword: `Euler`, `RK4`, `implicit`, `implicitfast`, `discrete`.
     pub integrator: String,
+    /// Friction cones of the `mujoco` law.
     pub cone: Cone,
     /// Ratio of friction to normal impedance of elliptic contacts.
     pub impratio: f64,
     /// Solver of the `mujoco` law: scaled improvement at which it stops; 0 means to rounding.
     pub tolerance: f64,
+    /// Newton steps of the `mujoco` law at most.
     pub iterations: usize,
+    /// `<flag>`
     pub flags: Flags,
     /// `<flag override="enable">`: for every contact, in place of what its geoms say.
     pub contact_override: Option<ContactOverride>,
@@ -112,48 +128,75 @@ pub struct Options {
 /// `o_friction`, `o_solref`, `o_solimp`, `o_margin`; units as in [`Mix`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactOverride {
+    /// As in [`Mix`].
     pub friction: [f64; 5],
+    /// (time constant in s, damping ratio), or (−stiffness in 1/s², −damping in 1/s).
     pub solref: [f64; 2],
+    /// d0, dwidth, width (m), midpoint, power.
     pub solimp: [f64; 5],
+    /// Distance at which a contact or limit begins to push, m (rad for an angle).
     pub margin: f64,
 }
 
 /// `<flag>`: true means enabled.
 #[derive(Clone, Debug)]
 pub struct Flags {
+    /// Contacts, limits and dry friction.
     pub constraint: bool,
+    /// Dry friction of joints.
     pub frictionloss: bool,
+    /// Limits of joints.
     pub limit: bool,
+    /// Contacts.
     pub contact: bool,
+    /// Springs of joints.
     pub spring: bool,
+    /// Dampers of joints.
     pub damper: bool,
+    /// Gravity.
     pub gravity: bool,
+    /// Controls are held within `ctrlrange`.
     pub clampctrl: bool,
+    /// The `mujoco` law starts from the last acceleration.
     pub warmstart: bool,
+    /// Bodies do not touch their parents.
     pub filterparent: bool,
+    /// Actuators.
     pub actuation: bool,
+    /// Time constants are at least two timesteps.
     pub refsafe: bool,
+    /// Semi-implicit Euler takes dampers implicitly.
     pub eulerdamp: bool,
+    /// Regularisation from the exact inverse mass, not from `invweight0`.
     pub diagexact: bool,
+    /// Sensors.
     pub sensor: bool,
 }
 
+/// A rigid body.
 #[derive(Clone, Debug)]
 pub struct Body {
+    /// As in the file; empty if it has none.
     pub name: String,
+    /// Index of the body that it is attached to.
     pub parent: usize,
     /// Pose in the parent's frame: m, unit quaternion.
     pub pos: Vec3,
+    /// Orientation.
     pub quat: Quat,
     /// Inertial frame in the body's frame.
     pub ipos: Vec3,
+    /// Its axes.
     pub iquat: Quat,
     /// kg
     pub mass: f64,
     /// Principal moments in the inertial frame, kg m².
     pub inertia: Vec3,
+    /// Its own joints.
     pub joints: Range<usize>,
+    /// Its own degrees of freedom.
     pub dofs: Range<usize>,
+    /// Its own geoms.
     pub geoms: Range<usize>,
     /// The body whose joints move this one: itself if it has joints, else its nearest ancestor that has;
     /// 0 for whatever is fixed to the world. (MuJoCo's `body_weldid`.)
@@ -164,32 +207,47 @@ pub struct Body {
     pub invweight0: [f64; 2],
 }
 
+/// A joint: how a body moves relative to its parent.
 #[derive(Clone, Debug)]
 pub struct Joint {
+    /// As in the file; empty if it has none.
     pub name: String,
+    /// How the body can move.
     pub kind: JointKind,
+    /// The body that it belongs to.
     pub body: usize,
     /// Anchor in the body's frame (m) and unit axis.
     pub pos: Vec3,
+    /// Axis, in the body's frame.
     pub axis: Vec3,
+    /// Where its numbers begin in qpos.
     pub qposadr: usize,
+    /// Where its numbers begin in qvel.
     pub dofadr: usize,
     /// N/m or N m/rad, about `springref` (m or rad; for ball and free joints `qpos0` is the reference).
     pub stiffness: f64,
+    /// Position at which its spring is at rest, m or rad.
     pub springref: f64,
     /// m or rad; for a ball joint `range[1]` is the largest rotation angle.
     pub range: Option<[f64; 2]>,
+    /// Distance from a limit at which it begins to push, m or rad.
     pub margin: f64,
+    /// `solref` of its limits.
     pub solref_limit: [f64; 2],
+    /// `solimp` of its limits.
     pub solimp_limit: [f64; 5],
+    /// `solref` of its dry friction.
     pub solref_friction: [f64; 2],
+    /// `solimp` of its dry friction.
     pub solimp_friction: [f64; 5],
 }
 
 /// One degree of freedom.
 #[derive(Clone, Debug)]
 pub struct Dof {
+    /// Index of the joint.
     pub joint: usize,
+    /// The body that it belongs to.
     pub body: usize,
     /// N s/m or N m s/rad
     pub damping: f64,
@@ -201,52 +259,75 @@ pub struct Dof {
     pub invweight0: f64,
 }
 
+/// A shape of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geom {
+    /// As in the file; empty if it has none.
     pub name: String,
+    /// Shape.
     pub kind: GeomKind,
+    /// The body that it belongs to.
     pub body: usize,
     /// Pose in the body's frame.
     pub pos: Vec3,
+    /// Orientation.
     pub quat: Quat,
     /// Sphere: radius. Capsule, cylinder: radius, half-length. Box, ellipsoid: half-sizes. Plane: half-sizes,
     /// grid spacing (drawing only). m.
     pub size: Vec3,
     /// Radius of a sphere about the geom's centre that holds all of it; 0 for planes. m.
     pub rbound: f64,
+    /// Bits that the other's `conaffinity` is compared with.
     pub contype: u32,
+    /// Bits that the other's `contype` is compared with.
     pub conaffinity: u32,
+    /// Directions of its contacts: 1, 3, 4 or 6.
     pub condim: usize,
+    /// For drawing and `inertiagrouprange`.
     pub group: i32,
+    /// The geom of higher priority gives a contact its parameters.
     pub priority: i32,
     /// Sliding (1), torsional (m), rolling (m).
     pub friction: [f64; 3],
+    /// Weight in the mean of two geoms.
     pub solmix: f64,
+    /// (time constant in s, damping ratio), or (−stiffness in 1/s², −damping in 1/s).
     pub solref: [f64; 2],
+    /// d0, dwidth, width (m), midpoint, power.
     pub solimp: [f64; 5],
+    /// Distance at which a contact or limit begins to push, m (rad for an angle).
     pub margin: f64,
+    /// Further distance at which a contact is listed without pushing, m.
     pub gap: f64,
+    /// Colour and opacity, 0 to 1.
     pub rgba: [f32; 4],
 }
 
 /// A place on a body.
 #[derive(Clone, Debug)]
 pub struct Site {
+    /// As in the file; empty if it has none.
     pub name: String,
+    /// The body that it belongs to.
     pub body: usize,
     /// Pose in the body's frame.
     pub pos: Vec3,
+    /// Orientation.
     pub quat: Quat,
     /// Its volume, for sensors; `None` for a shape that Penny lacks. Size as in [`Geom::size`].
     pub kind: Option<GeomKind>,
+    /// As of a geom, m.
     pub size: Vec3,
 }
 
 /// A measurement, taken in every step.
 #[derive(Clone, Debug)]
 pub struct Sensor {
+    /// As in the file; empty if it has none.
     pub name: String,
+    /// What it measures.
     pub kind: SensorKind,
+    /// Of what.
     pub object: Object,
     /// The frame in which something is measured, `None` for the world's; of `insidesite` the site.
     pub reference: Option<Object>,
@@ -261,14 +342,19 @@ pub struct Sensor {
 /// What a sensor is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Object {
+    /// The world.
     World,
     /// The inertial frame of a body.
     Body(usize),
     /// The frame of a body.
     Xbody(usize),
+    /// Index of a geom.
     Geom(usize),
+    /// Index of a site.
     Site(usize),
+    /// Index of a joint.
     Joint(usize),
+    /// Index of an actuator.
     Actuator(usize),
 }
 
@@ -276,7 +362,9 @@ pub enum Object {
 #[derive(Clone, Debug)]
 pub struct Tree {
     pub bodies: Range<usize>,
+    /// Its own degrees of freedom.
     pub dofs: Range<usize>,
+    /// Its numbers in qpos.
     pub qpos: Range<usize>,
     /// `Some` if the tree is one rigid body on a free joint: then everything has a closed form.
     pub free: Option<FreeBody>,
@@ -313,13 +401,16 @@ pub struct Pairs {
     pub mix_table: Vec<u32>,
 }
 
+/// Two geoms that can touch.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     /// Lower geom kind first.
     pub geom: [usize; 2],
     /// Which collider serves them follows from these: `collision::collider`.
     pub kind: [GeomKind; 2],
+    /// Index of the contact parameters in [`Parts::mixes`].
     pub mix: usize,
+    /// The cheap test before the collider.
     pub bound: Bound,
     /// Given by `<contact><pair>`.
     pub explicit: bool,
@@ -361,34 +452,51 @@ pub struct Mix {
     pub condim: usize,
     /// Two sliding (1), one torsional (m), two rolling (m); each at least 1e-5.
     pub friction: [f64; 5],
+    /// (time constant in s, damping ratio), or (−stiffness in 1/s², −damping in 1/s).
     pub solref: [f64; 2],
     /// Reference of the friction rows; equals `solref` unless a `<pair>` gives its own.
     pub solreffriction: [f64; 2],
+    /// d0, dwidth, width (m), midpoint, power.
     pub solimp: [f64; 5],
     /// A contact is found when dist ≤ margin + gap, and pushes when dist < margin. m.
     pub margin: f64,
+    /// Further distance at which a contact is listed without pushing, m.
     pub gap: f64,
 }
 
 /// A force on one joint: force = gain · ctrl + bias · (1, length, velocity), times gear.
 #[derive(Clone, Debug)]
 pub struct Actuator {
+    /// As in the file; empty if it has none.
     pub name: String,
+    /// How it was written.
     pub kind: ActuatorKind,
+    /// Index of the joint.
     pub joint: usize,
+    /// Ratio of the joint's force to its own; the first counts for slides and hinges.
     pub gear: [f64; 6],
+    /// Bounds of the control.
     pub ctrlrange: Option<[f64; 2]>,
+    /// Bounds of its force, N or N m.
     pub forcerange: Option<[f64; 2]>,
+    /// Force a unit of control.
     pub gain: f64,
+    /// Force: constant, a unit of length, a unit of velocity.
     pub bias: [f64; 3],
 }
 
+/// A state in the file, to start from.
 #[derive(Clone, Debug)]
 pub struct Keyframe {
+    /// As in the file; empty if it has none.
     pub name: String,
+    /// s
     pub time: f64,
+    /// (nq)
     pub qpos: Vec<f64>,
+    /// (nv)
     pub qvel: Vec<f64>,
+    /// (number of actuators)
     pub ctrl: Vec<f64>,
 }
 
@@ -424,6 +532,7 @@ pub struct Plan {
     pub coupled: bool,
     /// Geom pairs listed, and geoms among which a broad phase looks for more.
     pub pairs: usize,
+    /// Geoms of the broad phase.
     pub swept: usize,
     /// Pairs of shapes that need a collider, lower kind first. Sorted.
     pub colliders: Vec<[GeomKind; 2]>,
@@ -433,10 +542,15 @@ pub struct Plan {
     pub condim: usize,
     /// Joints with limits, springs, dampers, dry friction, armature.
     pub limits: usize,
+    /// Joints with springs.
     pub springs: usize,
+    /// Joints with dampers.
     pub dampers: usize,
+    /// Joints with dry friction.
     pub frictionloss: usize,
+    /// Joints with armature.
     pub armature: usize,
+    /// Actuators.
     pub actuators: usize,
 }
 
