@@ -85,6 +85,7 @@ pub enum ActuatorKind {
     General,
 }
 
+/// The friction cones of the `mujoco` law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cone {
     /// Approximated by a pyramid.
@@ -96,44 +97,80 @@ pub enum Cone {
 /// What a sensor measures; [`crate::sensors`] says how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorKind {
+    /// `touch`: normal forces of the contacts within a site's volume, N.
     Touch,
+    /// `accelerometer`: acceleration of a site less gravity, site axes, m/s².
     Accelerometer,
+    /// `velocimeter`: velocity of a site, site axes, m/s.
     Velocimeter,
+    /// `gyro`: angular velocity of a site, site axes, rad/s.
     Gyro,
+    /// `force`: force between a body and its parent, site axes, N.
     Force,
+    /// `torque`: torque between a body and its parent, site axes, N m.
     Torque,
+    /// `magnetometer`: the magnetic field, site axes.
     Magnetometer,
+    /// `rangefinder`: distance to the nearest geom along a site's z axis, m; −1: none.
     RangeFinder,
+    /// `jointpos`: position of a slide or hinge, m or rad.
     JointPos,
+    /// `jointvel`: its velocity, m/s or rad/s.
     JointVel,
+    /// `jointactuatorfrc`: force of the actuators on a joint, N or N m.
     JointActuatorForce,
+    /// `actuatorpos`: length of an actuator's transmission.
     ActuatorPos,
+    /// `actuatorvel`: its velocity.
     ActuatorVel,
+    /// `actuatorfrc`: force of an actuator, N or N m.
     ActuatorForce,
+    /// `ballquat`: quaternion of a ball joint.
     BallQuat,
+    /// `ballangvel`: its angular velocity, rad/s.
     BallAngVel,
+    /// `jointlimitpos`: distance from the limit less the margin, m or rad.
     JointLimitPos,
+    /// `jointlimitvel`: its rate.
     JointLimitVel,
+    /// `jointlimitfrc`: force of a limit, N or N m.
     JointLimitForce,
+    /// `framepos`: place of a frame, m.
     FramePos,
+    /// `framequat`: its orientation.
     FrameQuat,
+    /// `framexaxis`: its x axis.
     FrameXAxis,
+    /// `frameyaxis`: its y axis.
     FrameYAxis,
+    /// `framezaxis`: its z axis.
     FrameZAxis,
+    /// `framelinvel`: velocity of a frame, m/s.
     FrameLinVel,
+    /// `frameangvel`: its angular velocity, rad/s.
     FrameAngVel,
+    /// `framelinacc`: acceleration of a frame, world axes, m/s².
     FrameLinAcc,
+    /// `frameangacc`: its angular acceleration, world axes, rad/s².
     FrameAngAcc,
+    /// `subtreecom`: centre of mass of a body and all that hangs on it, m.
     SubtreeCom,
+    /// `subtreelinvel`: its velocity, m/s.
     SubtreeLinVel,
+    /// `subtreeangmom`: angular momentum about it, kg m²/s.
     SubtreeAngMom,
+    /// `insidesite`: 1 where an object is inside a site, else 0.
     InsideSite,
+    /// `e_potential`, J.
     PotentialEnergy,
+    /// `e_kinetic`, J.
     KineticEnergy,
+    /// `clock`: time, s.
     Clock,
 }
 
 impl SensorKind {
+    /// All of them.
     pub const ALL: &[SensorKind] = &[
         SensorKind::Touch,
         SensorKind::Accelerometer,

@@ -361,6 +361,7 @@ pub enum Object {
 /// A kinematic tree: bodies that hang together by joints, apart from the world.
 #[derive(Clone, Debug)]
 pub struct Tree {
+    /// Its bodies, parents first.
     pub bodies: Range<usize>,
     /// Its own degrees of freedom.
     pub dofs: Range<usize>,

@@ -10,9 +10,10 @@ use crate::dynamics::energy::{self, Energy};
 use crate::dynamics::{self, spatial};
 use crate::forward::{self, Method, StepError};
 use crate::integrate;
-use crate::math::{Mat3, Quat, Vec3, Vec6};
+use crate::math::{Mat3, Vec3, Vec6};
 use crate::mjcf::{Failure, nearest};
 use crate::model::{Model, Parts};
+use crate::sensors;
 use crate::state::{State, WrongState};
 
 /// A scene that runs: model, method, state and what follows from them.
@@ -75,12 +76,13 @@ impl Simulation {
         (0..n).try_for_each(|_| self.step())
     }
 
-    /// Brings poses, contacts, forces and accelerations up to the state; nothing moves.
+    /// Brings poses, contacts, forces, accelerations and sensors up to the state; nothing moves.
     ///
     /// A state whose lists have wrong lengths is left alone: the next step says so.
     pub fn forward(&mut self) {
         if self.state.suits(&self.model).is_ok() {
             forward::forward(&self.model, &self.method, &self.state, &mut self.data);
+            sensors::sense(&self.model, self.method.contact, &self.state, &mut self.data);
         }
     }
 
@@ -297,6 +299,24 @@ impl Simulation {
         Ok(Joint { sim: self, index })
     }
 
+    /// A site by name or number.
+    ///
+    /// Errors: [`Unknown`]; it names the nearest.
+    pub fn site<'a>(&self, site: impl Into<Ref<'a>>) -> Result<Site<'_>, Unknown> {
+        let index = find("site", site.into(), self.model.sites.iter().map(|s| s.name.as_str()))?;
+        Ok(Site { sim: self, index })
+    }
+
+    /// What a sensor measured at the beginning of the last step, or at the last [`forward`](Simulation::forward); units as
+    /// [`SensorKind`](crate::kind::SensorKind) says.
+    ///
+    /// Errors: [`Unknown`]; it names the nearest.
+    pub fn sensor<'a>(&self, sensor: impl Into<Ref<'a>>) -> Result<&[f64], Unknown> {
+        let index = find("sensor", sensor.into(), self.model.sensors.iter().map(|s| s.name.as_str()))?;
+        let sensor = &self.model.sensors[index];
+        Ok(&self.data.sensordata[sensor.adr..sensor.adr + sensor.kind.dim()])
+    }
+
     /// All contacts, with their forces.
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = Touch<'_>> {
         self.data.contacts.iter().map(|contact| Touch { sim: self, contact })
@@ -399,7 +419,35 @@ impl Geom<'_> {
     /// Unit quaternion (w, x, y, z).
     pub fn orientation(&self) -> [f64; 4] {
         let geom = &self.sim.model.geoms[self.index];
-        crate::math::wxyz(&(self.sim.data.xquat[geom.body] * Quat::from(geom.quat)))
+        crate::math::wxyz(&(self.sim.data.xquat[geom.body] * geom.quat))
+    }
+}
+
+/// A site of a simulation.
+#[derive(Clone, Copy)]
+pub struct Site<'s> {
+    sim: &'s Simulation,
+    index: usize,
+}
+
+impl Site<'_> {
+    /// Its number in `model.sites`.
+    pub fn index(&self) -> usize {
+        self.index
+    }
+    /// Its name; empty if it has none.
+    pub fn name(&self) -> &str {
+        &self.sim.model.sites[self.index].name
+    }
+    /// Its centre, m.
+    pub fn position(&self) -> [f64; 3] {
+        let (site, data) = (&self.sim.model.sites[self.index], &self.sim.data);
+        (data.xpos[site.body] + data.xmat[site.body] * site.pos).into()
+    }
+    /// Unit quaternion (w, x, y, z).
+    pub fn orientation(&self) -> [f64; 4] {
+        let site = &self.sim.model.sites[self.index];
+        crate::math::wxyz(&(self.sim.data.xquat[site.body] * site.quat))
     }
 }
 

@@ -225,6 +225,19 @@ fn forces_are_read_by_name() {
     }
 }
 
+#[test]
+fn sensors_and_sites_are_read_by_name() {
+    let mut sim = Simulation::from_path(crate::file("models/arm.xml")).unwrap_or_else(|e| panic!("{e}"));
+    sim.step_n(10).expect("stable");
+    sim.forward();
+    for (index, sensor) in sim.model().sensors.iter().enumerate().filter(|(_, s)| !s.name.is_empty()) {
+        let values = sim.sensor(sensor.name.as_str()).expect("a sensor");
+        assert_eq!(values, &sim.data().sensordata[sensor.adr..][..values.len()], "{index}");
+    }
+    assert!(sim.model().sites.iter().all(|s| s.name.is_empty() || sim.site(s.name.as_str()).is_ok()));
+    assert!(sim.sensor("no such").is_err() && sim.site(99).is_err());
+}
+
 /// An error of any kind can be handed on with `?`.
 #[test]
 fn every_error_is_an_error() {
