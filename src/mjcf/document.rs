@@ -7,8 +7,11 @@ use super::source::Source;
 /// Bytes `start..end` of file number `file`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Span {
+    /// Index of the file among those that were read.
     pub file: u32,
+    /// First byte.
     pub start: u32,
+    /// One past the last byte.
     pub end: u32,
 }
 
@@ -33,16 +36,22 @@ pub struct Document {
 /// An element: name, attributes and children, each in file order.
 #[derive(Clone, Debug)]
 pub struct Node {
+    /// Of the element.
     pub name: String,
     /// From `<` to the end of the name.
     pub span: Span,
+    /// As written.
     pub attributes: Vec<Attribute>,
+    /// Elements within it.
     pub children: Vec<NodeId>,
 }
 
+/// An attribute.
 #[derive(Clone, Debug)]
 pub struct Attribute {
+    /// Its name.
     pub name: String,
+    /// Where its name stands.
     pub name_span: Span,
     /// Entities replaced.
     pub value: String,
@@ -56,10 +65,12 @@ impl Document {
         (!self.nodes.is_empty()).then_some(NodeId(0))
     }
 
+    /// An element.
     pub fn node(&self, node: NodeId) -> &Node {
         &self.nodes[node.0 as usize]
     }
 
+    /// Its attribute of that name.
     pub fn attribute(&self, node: NodeId, name: &str) -> Option<&Attribute> {
         self.node(node).attributes.iter().find(|a| a.name == name)
     }

@@ -5,7 +5,9 @@ use super::document::Span;
 /// Something wrong in a file, with its place.
 #[derive(Clone, Debug)]
 pub struct Problem {
+    /// What is wrong; its `Display` is the message.
     pub kind: ProblemKind,
+    /// Where.
     pub span: Span,
     /// Further places, each with what to say there ("first defined here").
     pub related: Vec<(Span, String)>,
@@ -14,10 +16,12 @@ pub struct Problem {
 }
 
 impl Problem {
+    /// A problem without further help.
     pub fn new(kind: ProblemKind, span: Span) -> Problem {
         Problem { kind, span, related: Vec::new(), help: None }
     }
 
+    /// Adds what to do about it.
     pub fn help(mut self, help: impl Into<String>) -> Problem {
         self.help = Some(help.into());
         self
@@ -31,24 +35,31 @@ impl Problem {
         self
     }
 
+    /// Adds a second place to look at.
     pub fn related(mut self, span: Span, label: impl Into<String>) -> Problem {
         self.related.push((span, label.into()));
         self
     }
 
+    /// Whether it keeps the scene from being simulated.
     pub fn severity(&self) -> Severity {
         self.kind.severity()
     }
 }
 
+/// How bad a problem is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
+    /// The scene cannot be simulated as it is meant.
     Error,
+    /// It can, but probably something else is meant.
     Warning,
 }
 
 /// Every kind of problem. [`ProblemKind::code`] is the stable name in brackets: `error[unknown-attribute]`.
 #[derive(Clone, Debug, thiserror::Error)]
+// The message of each variant says what it is.
+#[allow(missing_docs)]
 pub enum ProblemKind {
     // The file.
     #[error("cannot read `{file}`: {why}")]
@@ -334,6 +345,7 @@ impl ProblemKind {
         }
     }
 
+    /// Whether it keeps the scene from being simulated.
     pub fn severity(&self) -> Severity {
         use ProblemKind::*;
         match self {

@@ -23,6 +23,8 @@ mod render;
 mod replicate;
 pub mod schema;
 pub mod source;
+// Fields have the names and units of the attributes that they come from: see `table`.
+#[allow(missing_docs)]
 pub mod spec;
 mod suggestions;
 mod table;
@@ -41,15 +43,20 @@ pub use spec::Spec;
 /// A scene that can be compiled.
 #[derive(Clone, Debug)]
 pub struct Loaded {
+    /// The text, its elements and their places.
     pub document: Document,
+    /// What it says.
     pub spec: Spec,
+    /// What is valid, but probably not meant.
     pub warnings: Vec<Problem>,
 }
 
 /// A file that is no scene: at least one of the problems is an error.
 #[derive(Clone, Debug)]
 pub struct Failure {
+    /// The text, its elements and their places.
     pub document: Document,
+    /// All that is wrong with it, and its warnings.
     pub problems: Vec<Problem>,
 }
 

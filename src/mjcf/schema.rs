@@ -9,9 +9,11 @@ pub use super::table::SCHEMA;
 
 /// A row: one element, or several that differ only in name.
 pub struct Element {
+    /// Its names, with blanks.
     pub names: &'static str,
     /// The elements it may stand in; `*` is all of them.
     pub parents: &'static str,
+    /// Whether Penny has it.
     pub status: Status,
     /// At most one within its parent.
     pub once: bool,
@@ -21,21 +23,29 @@ pub struct Element {
     pub silent: &'static str,
 }
 
+/// An attribute.
 pub struct Attribute {
+    /// Its name.
     pub name: &'static str,
+    /// What its value is.
     pub kind: Kind,
     /// As it would be written; empty means "not given".
     pub default: &'static str,
     /// For people; the reader does not convert.
     pub unit: &'static str,
+    /// What its numbers have to be.
     pub rule: Rule,
+    /// What is probably not meant.
     pub lint: Lint,
+    /// Whether Penny has it.
     pub status: Status,
+    /// It has to be given.
     pub required: bool,
     /// May stand in a `<default>` class.
     pub in_default: bool,
 }
 
+/// What an attribute's value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// The element's own name, unique among the elements of this kind.
@@ -46,27 +56,37 @@ pub enum Kind {
     ReferenceBy(&'static str),
     /// The name of a default class.
     Class,
+    /// Any text.
     Text,
+    /// One of these words.
     Keyword(&'static [&'static str]),
     /// So many numbers; fewer than the maximum leave the rest at its default.
     Numbers(usize, usize),
+    /// Whole numbers: how many at least and at most.
     Integers(usize, usize),
 }
 
 /// What every number of a value must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
+    /// Finite.
     Finite,
+    /// Any number but NaN.
     MayBeInfinite,
+    /// Above zero.
     Positive,
+    /// Zero or more.
     NotNegative,
+    /// One of these.
     OneOf(&'static [i32]),
+    /// This or more.
     AtLeast(i32),
 }
 
 /// Which numbers MuJoCo takes without a word although they are seldom meant: a warning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lint {
+    /// Nothing.
     None,
     /// Each number counts as the nearest within its bounds.
     Clamped(&'static [(f64, f64)]),
@@ -79,8 +99,10 @@ pub enum Lint {
     TooLong(f64),
 }
 
+/// Whether Penny has an element or attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
+    /// It has.
     Supported,
     /// Valid, and without influence on the motion.
     Silent,
@@ -236,18 +258,22 @@ impl Element {
 }
 
 impl Element {
+    /// Whether this is one of its names.
     pub fn is(&self, name: &str) -> bool {
         self.names.split_ascii_whitespace().any(|n| n == name)
     }
 
+    /// Whether it may stand in an element of that name.
     pub fn stands_in(&self, parent: &str) -> bool {
         self.parents.split_ascii_whitespace().any(|p| p == parent || p == "*")
     }
 
+    /// Its attribute of that name.
     pub fn attribute(&self, name: &str) -> Option<&'static Attribute> {
         self.typed_attributes().find(|a| a.name == name)
     }
 
+    /// Its attributes that Penny reads.
     pub fn typed_attributes(&self) -> impl Iterator<Item = &'static Attribute> {
         self.attributes.iter().copied().flatten()
     }

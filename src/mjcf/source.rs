@@ -9,6 +9,7 @@ pub struct Source {
     pub name: String,
     /// The same, to open it.
     pub path: PathBuf,
+    /// Its text.
     pub text: String,
 }
 

@@ -24,6 +24,7 @@ const fn nuser(name: &'static str) -> Attribute {
 const NOT_IN_LAW: &str = "the force of contacts would differ";
 const ONLY_JOINTS: &str = "Penny's actuators act on joints";
 
+/// All elements of MJCF.
 pub const SCHEMA: &[Element] = &[
     element("mujoco", "", &[&[text("model")]]),
     element("include", "*", &[&[text("file").required()]]),
