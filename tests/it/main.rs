@@ -28,6 +28,7 @@ mod examples;
 mod explain;
 mod extremes;
 mod features;
+mod implicit;
 mod invariance;
 mod layers;
 mod models;
