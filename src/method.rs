@@ -50,11 +50,22 @@ pub struct Integrator {
     pub about: &'static str,
     /// The contact law is asked for the forces at the end of the step: velocities are then not extrapolated.
     pub implicit: bool,
+    /// Whose dampers act by the velocity at the end of the step.
+    pub implicit_dampers: Dampers,
     /// One step of `method.timestep`: advances time, qpos, qvel and the warm starts.
     pub advance: fn(&Model, &Method, &mut State, &mut Data),
     /// What a step h (s) makes of a damped spring: (x, v) ← A(h) (x, v), row by row. `None`: the method gives no formula,
     /// and theory says nothing about its timestep.
     pub amplification: Option<fn(&DampedSpring, h: f64) -> Matrix2>,
+}
+
+/// Dampers that an integrator takes implicitly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dampers {
+    None,
+    Joints,
+    /// Those of joints, and the velocity gains of actuators.
+    JointsAndActuators,
 }
 
 /// A 2 × 2 matrix, row by row.

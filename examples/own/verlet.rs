@@ -12,6 +12,7 @@ pub static METHOD: Integrator = Integrator {
     order: 2,
     about: "velocity Verlet: symplectic, of second order, two evaluations a step",
     implicit: false,
+    implicit_dampers: penny::integrate::Dampers::None,
     advance,
     amplification: Some(amplification),
 };

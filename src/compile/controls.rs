@@ -3,7 +3,7 @@
 use super::Log;
 use super::layout::{self, World};
 use crate::math;
-use crate::mjcf::{ProblemKind, Spec, spec};
+use crate::mjcf::{ProblemKind, Spec, lints, spec};
 use crate::model::{Actuator, JointKind, Keyframe};
 
 pub fn actuators(world: &World, spec: &Spec, log: &mut Log) -> Vec<Actuator> {
@@ -13,6 +13,12 @@ pub fn actuators(world: &World, spec: &Spec, log: &mut Log) -> Vec<Actuator> {
         let ctrlrange = range(a, "ctrlrange", a.ctrlrange, a.ctrllimited, spec.compiler.autolimits, log);
         let forcerange = range(a, "forcerange", a.forcerange, a.forcelimited, spec.compiler.autolimits, log);
         let Some(joint) = joints.find(&a.joint, a.node, "joint", log) else { continue };
+        if let Some([low, high]) = a.ctrlrange
+            && a.bias[1] < 0.0
+            && world.joints[joint].kind == JointKind::Hinge
+        {
+            servo_in_degrees(a, [low, high], log);
+        }
         actuators.push(Actuator {
             name: a.name.clone().unwrap_or_default(),
             kind: a.kind,
@@ -25,6 +31,18 @@ pub fn actuators(world: &World, spec: &Spec, log: &mut Log) -> Vec<Actuator> {
         });
     }
     actuators
+}
+
+/// Warns where the `ctrlrange` of a position servo looks like degrees.
+fn servo_in_degrees(actuator: &spec::Actuator, range: [f64; 2], log: &mut Log) {
+    let gear = actuator.gear[0];
+    let largest = if range[0].abs() > range[1].abs() { range[0] } else { range[1] };
+    if gear.abs() != 1.0 || !lints::looks_like_degrees(largest, 2.0) || range.iter().any(|x| x.fract() != 0.0) {
+        return;
+    }
+    let kind = ProblemKind::ServoInDegrees { word: largest.to_string(), turns: lints::turned(largest) };
+    let help = format!("write `{} {}`", lints::in_radians(range[0]), lints::in_radians(range[1]));
+    log.value_warning(actuator.node, "ctrlrange", kind, help);
 }
 
 /// A free joint whose actuator depends on its velocity is no case for the closed form: `implicitfast` couples its
@@ -104,6 +122,17 @@ pub fn keyframes(world: &World, spec: &Spec, log: &mut Log) -> Vec<Keyframe> {
                 JointKind::Ball => joint.qposadr,
                 JointKind::Slide | JointKind::Hinge => continue,
             };
+            let length = qpos[quat..quat + 4].iter().map(|x| x * x).sum::<f64>().sqrt();
+            // To a hundredth it is rounding of what someone typed.
+            if (length - 1.0).abs() > 0.01 {
+                let joint = layout::label("body", &world.bodies[joint.body].name, joint.body);
+                let (why, help) = match length {
+                    l if l < math::MIN_VAL => ("is 0 0 0 0", "it counts as `1 0 0 0`, no rotation"),
+                    _ => ("is not of length 1", "it counts as scaled to length 1; w comes first"),
+                };
+                let kind = ProblemKind::KeyframeQuaternion { joint, why: why.into() };
+                log.value_warning(key.node, "qpos", kind, help);
+            }
             let unit = math::wxyz(&math::quat(&qpos[quat..quat + 4]));
             qpos[quat..quat + 4].copy_from_slice(&unit);
         }

@@ -157,6 +157,15 @@ fn check_moving(world: &World, id: usize, log: &mut Log) {
     if body.joints.is_empty() {
         return;
     }
+    // What is there is below MuJoCo's least, mjMINVAL.
+    let tiny = [(body.mass, "mass", "kg"), (body.inertia.min(), "inertia", "kg m²")];
+    if let Some((value, what, unit)) = tiny.into_iter().find(|(x, ..)| *x > 0.0 && *x < MIN_VAL) {
+        let value = format!("{value:.1e} {unit}");
+        let kind = ProblemKind::MovingTooLight { body: label("body", &body.name, id), what, value };
+        let help = "take larger units (1 mm as 1, and gravity to match), or set `boundmass` and `boundinertia` in `<compiler>`";
+        log.error(world.body_specs[id].node, kind, help);
+        return;
+    }
     let kind = if body.mass < MIN_VAL {
         ProblemKind::MovingWithoutMass { body: label("body", &body.name, id) }
     } else {

@@ -13,6 +13,7 @@ pub const METHOD: Integrator = Integrator {
     order: 1,
     about: "old velocity moves, old force accelerates: gains energy; for comparison only",
     implicit: false,
+    implicit_dampers: super::Dampers::None,
     advance,
     // [1, h; −hω², 1 − 2ζωh]
     amplification: Some(|s, h| [[1.0, h], [-h * s.stiffness(), 1.0 - h * s.damping()]]),

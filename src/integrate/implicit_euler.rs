@@ -18,6 +18,7 @@ pub const METHOD: Integrator = Integrator {
     order: 1,
     about: "all forces, contacts included, are those at the end of the step; Newton's method",
     implicit: true,
+    implicit_dampers: super::Dampers::JointsAndActuators,
     advance,
     // (1 − h L)⁻¹,   L = [0, 1; −ω², −2ζω]
     amplification: Some(|s, h| {

@@ -15,6 +15,7 @@ pub const METHOD: Integrator = Integrator {
     order: 1,
     about: "semi-implicit Euler, with dampers, actuators and the gyroscopic force of free bodies implicit",
     implicit: false,
+    implicit_dampers: super::Dampers::JointsAndActuators,
     advance,
     amplification: Some(semi_implicit_euler::amplification),
 };

@@ -8,7 +8,7 @@ pub mod semi_implicit_euler;
 
 use crate::contact;
 use crate::math::{Quat, exp, quat, vec3, wxyz};
-pub use crate::method::{DampedSpring, Integrator, Matrix2};
+pub use crate::method::{DampedSpring, Dampers, Integrator, Matrix2};
 use crate::method::{Method, ROUNDS};
 use crate::model::{JointKind, Model};
 

@@ -14,6 +14,7 @@ pub const METHOD: Integrator = Integrator {
     order: 4,
     about: "Runge–Kutta of fourth order, four evaluations a step: nearly conserves energy",
     implicit: false,
+    implicit_dampers: super::Dampers::None,
     advance,
     amplification: Some(amplification),
 };

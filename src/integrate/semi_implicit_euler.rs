@@ -13,6 +13,7 @@ pub const METHOD: Integrator = Integrator {
     order: 1,
     about: "new velocity moves, old force accelerates; joint damping implicit",
     implicit: false,
+    implicit_dampers: super::Dampers::Joints,
     advance,
     amplification: Some(amplification),
 };

@@ -49,9 +49,8 @@ impl Classes {
                 let class = self.classes.entry(name.to_string()).or_default();
                 let values = class.entry(family(element)).or_default();
                 overlay(document, child, row, values, problems);
-                if degree {
-                    lints::radians(document, child, row, values, problems);
-                }
+                let lint = if degree { lints::radians } else { lints::degrees };
+                lint(document, child, row, values, problems);
             }
         }
         for child in nested {
@@ -140,6 +139,7 @@ pub fn overlay(
         }
     }
     mixed_solref(document, node, values, problems);
+    lints::falling_impedance(document, node, values, problems);
 }
 
 /// The five ways to write an orientation.

@@ -164,6 +164,16 @@ pub enum ProblemKind {
     LongTimestep { word: String },
     #[error("`{attribute}` looks like radians, but angles are in degrees here")]
     LooksLikeRadians { attribute: String },
+    #[error("`{attribute}` looks like degrees, but angles are in radians here: {word} rad are {turns} turns")]
+    LooksLikeDegrees { attribute: String, word: String, turns: String },
+    #[error("`ctrlrange` of a servo on a hinge is in radians, whatever `angle` says: {word} rad are {turns} turns")]
+    ServoInDegrees { word: String, turns: String },
+    #[error("`{attribute}` falls from {first} to {second} with depth: the deeper the contact, the softer it is")]
+    ImpedanceFalls { attribute: String, first: f64, second: f64 },
+    #[error("a density of {word} kg/m³ is hardly meant: water has 1000")]
+    LightDensity { word: String },
+    #[error("the quaternion of {joint} {why}")]
+    KeyframeQuaternion { joint: String, why: String },
 
     #[error("{what}")]
     Meaningless { what: String },
@@ -223,6 +233,8 @@ pub enum ProblemKind {
     MovingWithoutMass { body: String },
     #[error("{body} moves, but has no inertia")]
     MovingWithoutInertia { body: String },
+    #[error("{body} moves, but has too little {what} for MuJoCo: {value}, and the least is 1e-15")]
+    MovingTooLight { body: String, what: &'static str, value: String },
     #[error("no rigid body has the principal moments {a}, {b}, {c}")]
     InertiaImpossible { a: f64, b: f64, c: f64 },
     #[error("no rigid body has this inertia: one of its principal moments is {moment}")]
@@ -304,6 +316,11 @@ impl ProblemKind {
             LongTimestep { .. } => "long-timestep",
             LooksLikeRadians { .. } => "looks-like-radians",
             Meaningless { .. } => "meaningless",
+            LooksLikeDegrees { .. } => "looks-like-degrees",
+            ServoInDegrees { .. } => "servo-in-degrees",
+            ImpedanceFalls { .. } => "impedance-falls",
+            LightDensity { .. } => "light-density",
+            KeyframeQuaternion { .. } => "keyframe-quaternion",
             Unsupported { .. } => "unsupported",
             Ignored { .. } => "ignored",
             SeveralOrientations { .. } => "several-orientations",
@@ -329,6 +346,7 @@ impl ProblemKind {
             MassOverflow => "mass-overflow",
             MovingWithoutMass { .. } => "moving-without-mass",
             MovingWithoutInertia { .. } => "moving-without-inertia",
+            MovingTooLight { .. } => "moving-too-light",
             InertiaImpossible { .. } => "inertia-impossible",
             InertiaNotPositive { .. } => "inertia-not-positive",
             PairOfOne => "pair-of-one",
@@ -362,7 +380,12 @@ impl ProblemKind {
             | Raised { .. }
             | ColourCut { .. }
             | LongTimestep { .. }
-            | LooksLikeRadians { .. } => Severity::Warning,
+            | LooksLikeRadians { .. }
+            | LooksLikeDegrees { .. }
+            | ServoInDegrees { .. }
+            | ImpedanceFalls { .. }
+            | LightDensity { .. }
+            | KeyframeQuaternion { .. } => Severity::Warning,
             _ => Severity::Error,
         }
     }

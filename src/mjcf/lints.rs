@@ -41,8 +41,78 @@ pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64
             let help = format!("it is in seconds: {word} ms are `{}`", neat(value / 1e3));
             Some((ProblemKind::LongTimestep { word }, help))
         }
+        // Densities in g/cm³ are mostly broken numbers (7.85, 2.7, 1.2); a whole one may be meant.
+        Lint::Density if (0.1..23.0).contains(&value) && value.fract() != 0.0 => {
+            let help = format!("it is in kg/m³: {word} g/cm³ are `{}`", neat(value * 1e3));
+            Some((ProblemKind::LightDensity { word }, help))
+        }
         _ => None,
     }
+}
+
+/// Warns of an impedance that falls with depth. MuJoCo takes it, and so does Penny.
+pub fn falling_impedance(document: &Document, node: NodeId, values: &Values, problems: &mut Vec<Problem>) {
+    for attribute in document.node(node).attributes.iter().filter(|a| a.name.starts_with("solimp")) {
+        let Some(Value::Numbers(v)) = values.get(attribute.name.as_str()) else { continue };
+        if let [first, second, width, ..] = v[..]
+            && first > second
+            && width > 0.0
+        {
+            let kind = ProblemKind::ImpedanceFalls { attribute: attribute.name.clone(), first, second };
+            let help = format!("its numbers are dmin dmax width: `{second} {first} {width}` rises");
+            problems.push(Problem::new(kind, attribute.value_span).help(help));
+        }
+    }
+}
+
+/// Warns of an element's angles that are to be in radians and look like degrees: whole numbers of many turns.
+///
+/// A range may be of some turns (a wheel, a screw), an orientation hardly of one.
+pub fn degrees(document: &Document, node: NodeId, row: &Element, values: &Values, problems: &mut Vec<Problem>) {
+    let kind = match values.get("type") {
+        Some(Value::Text(kind)) => kind.as_str(),
+        _ => "",
+    };
+    for attribute in &document.node(node).attributes {
+        let unit = row.attribute(&attribute.name).map_or("", |column| column.unit);
+        if !unit.ends_with("angle") || (unit.starts_with("m or") && matches!(kind, "slide" | "free")) {
+            continue;
+        }
+        let Some(all) = super::check::floats(&attribute.value) else { continue };
+        let is_angle = |i: usize| unit_of(unit, i).ends_with("angle");
+        let angles: Vec<f64> = all.iter().enumerate().filter(|(i, _)| is_angle(*i)).map(|(_, x)| *x).collect();
+        let largest = angles.iter().fold(0.0, |m: f64, x| if x.abs() > m.abs() { *x } else { m });
+        let turns = if unit.starts_with("m or") { 2.0 } else { 1.01 };
+        if !looks_like_degrees(largest, turns) || angles.iter().any(|x| x.fract() != 0.0) {
+            continue;
+        }
+        let radians = |(i, x): (usize, &f64)| if is_angle(i) { in_radians(*x) } else { x.to_string() };
+        let help: Vec<String> = all.iter().enumerate().map(radians).collect();
+        let kind = ProblemKind::LooksLikeDegrees {
+            attribute: attribute.name.clone(),
+            word: largest.to_string(),
+            turns: turned(largest),
+        };
+        let help = format!("write `{}`, or `<compiler angle=\"degree\"/>` for the whole scene", help.join(" "));
+        problems.push(Problem::new(kind, attribute.value_span).help(help));
+    }
+}
+
+/// Whether an angle in radians is more likely one in degrees: a multiple of 5 up to a turn of 360, of more than so many
+/// turns as radians.
+pub fn looks_like_degrees(x: f64, turns: f64) -> bool {
+    x.abs() > turns * 2.0 * PI && x.abs() <= 360.0 && x % 5.0 == 0.0
+}
+
+/// Of degrees, with four digits.
+pub fn in_radians(degrees: f64) -> String {
+    let x = degrees.to_radians();
+    if x == 0.0 { "0".to_string() } else { format!("{}", format!("{x:.3e}").parse::<f64>().unwrap_or(x)) }
+}
+
+/// Turns of an angle in radians, with three digits.
+pub fn turned(x: f64) -> String {
+    format!("{}", format!("{:.2e}", x.abs() / (2.0 * PI)).parse::<f64>().unwrap_or(x))
 }
 
 /// Warns of an element's angles that are to be in degrees and look like radians.

@@ -14,7 +14,7 @@ pub mod error;
 mod files;
 mod item;
 mod limits;
-mod lints;
+pub(crate) mod lints;
 mod nearest;
 mod parse;
 mod printable;

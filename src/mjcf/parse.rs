@@ -17,6 +17,9 @@ use super::nearest::nearest;
 use super::printable::{is_command, one_line};
 use super::source::Source;
 
+/// Quotes of word processors.
+const CURLY: [char; 8] = ['“', '”', '„', '‟', '‘', '’', '‚', '«'];
+
 /// Reads a file and what it includes.
 pub fn load(path: &Path, limits: &Limits) -> (Document, Vec<Problem>) {
     let name = path.display().to_string();
@@ -397,7 +400,13 @@ impl Parser<'_> {
                         value_span,
                     });
                 }
-                Err(error) => self.bad_attribute(file, content, base, &error),
+                Err(error) => {
+                    self.bad_attribute(file, content, base, &error);
+                    // What follows a quote that is none falls to pieces: one error is enough.
+                    if matches!(error, AttrError::UnquotedValue(at) if content[at..].starts_with(CURLY)) {
+                        break;
+                    }
+                }
             }
         }
         out
@@ -455,6 +464,18 @@ impl Parser<'_> {
                 ("an attribute needs `=` and a value in quotes".to_string(), at(position, 1))
             }
             AttrError::ExpectedValue(position) => ("an attribute needs a value in quotes".to_string(), at(position, 1)),
+            AttrError::UnquotedValue(position)
+                if content.get(position..).is_some_and(|rest| rest.starts_with(CURLY)) =>
+            {
+                let rest = content.get(position..).unwrap_or("");
+                let opening = rest.chars().next().unwrap_or('“');
+                let close = rest.char_indices().skip(1).find(|(_, c)| CURLY.contains(c));
+                let len = close.map_or(opening.len_utf8(), |(i, c)| i + c.len_utf8());
+                let what = format!("`{opening}` is a typographic quote, which XML does not take");
+                let help = "write plain quotes, \" or '; an editor may have replaced them";
+                self.problems.push(Problem::new(ProblemKind::BrokenXml { what }, at(position, len)).help(help));
+                return;
+            }
             AttrError::UnquotedValue(position) => {
                 let len =
                     content.get(position..).map_or(1, |rest| rest.find([' ', '\n', '\t', '/']).unwrap_or(rest.len()));

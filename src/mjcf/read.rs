@@ -107,9 +107,8 @@ impl Reader<'_> {
         let row = schema::find(parent, element).filter(|row| !matches!(row.status, schema::Status::Unsupported(..)))?;
         let class = self.document.attribute(node, "class").map_or(class, |a| a.value.as_str());
         let item = self.overlaid(node, row, self.classes.values(class, element));
-        if self.degree {
-            lints::radians(self.document, node, row, &item.values, self.problems);
-        }
+        let lint = if self.degree { lints::radians } else { lints::degrees };
+        lint(self.document, node, row, &item.values, self.problems);
         self.inherited_references(&item);
         self.user_numbers(&item);
         Some(item)

@@ -97,6 +97,8 @@ pub enum Lint {
     Colour,
     /// Seconds, from so many on.
     TooLong(f64),
+    /// kg/m³; what looks like g/cm³ is too little.
+    Density,
 }
 
 /// Whether Penny has an element or attribute.

@@ -114,7 +114,8 @@ fn retyped(word: &str) -> Option<String> {
         .map(|c| match c {
             'O' | 'o' => '0',
             'l' | 'I' => '1',
-            '−' | '–' | '—' => '-',
+            // Minus, hyphens and dashes of all kinds.
+            '\u{2212}' | '\u{2010}'..='\u{2015}' | '\u{FE63}' | '\u{FF0D}' => '-',
             _ => c,
         })
         .collect();
@@ -148,6 +149,7 @@ mod tests {
     #[test]
     fn slips_of_the_hand_find_their_number() {
         assert_eq!(number("O.001", "s"), "did you mean `0.001`? (a zero, not the letter O)");
+        assert_eq!(number("\u{2011}0.5", "m"), "did you mean `-0.5`? (a plain minus sign, not a dash)");
         assert_eq!(number("−1", "m"), "did you mean `-1`? (a plain minus sign, not a dash)");
         assert_eq!(number("3ms", "s"), "write `0.003`: numbers stand without a unit, this one is in s");
         assert_eq!(number("1e-3s", "s"), "write `0.001`: numbers stand without a unit, this one is in s");

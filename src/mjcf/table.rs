@@ -315,7 +315,7 @@ pub const SCHEMA: &[Element] = &[
             &[
                 numbers("fromto", 6, "", "m"),
                 number("mass", "", "kg").not_negative(),
-                number("density", "1000", "kg/m³").not_negative(),
+                number("density", "1000", "kg/m³").not_negative().lint(Lint::Density),
                 keyword("shellinertia", BOOL, "false"),
                 integer("contype", "1"),
                 integer("conaffinity", "1"),

@@ -190,23 +190,35 @@ fn a_saved_state_goes_on_with_the_same_bits() {
         <body name="c" pos="-.4 0 .5"><joint name="swing" axis="0 1 0" damping=".01" frictionloss=".02" range="-50 20"/>
         <geom name="rod" type="capsule" fromto="0 0 0 .3 0 0" size=".02"/></body></worldbody>
         <actuator><motor name="m" joint="swing" gear="2" ctrlrange="-1 1"/></actuator></mujoco>"#;
-    let scene = file("restart.xml", text).display().to_string();
     for law in penny::contact::ALL {
         for integrator in penny::integrate::ALL {
-            let saved = file(&format!("{}_{}.json", law.name, integrator.name), "").display().to_string();
-            let end = |args: &[&str]| {
-                let method = ["--contact", law.name, "--integrator", integrator.name];
-                let output = penny(&[&["run", &scene, "--save-state", "-"][..], &method, args].concat());
-                assert!(output.status.success(), "{}", crate::said(&output));
-                String::from_utf8(output.stdout).expect("UTF-8")
+            let sim = || {
+                let mut sim = Sim::with(Sim::new(text).model, law.name, integrator.name);
+                sim.state.ctrl[0] = 0.5;
+                sim
             };
-            let whole = end(&["--ctrl", ".5", "--steps", "120"]);
-            std::fs::write(&saved, end(&["--ctrl", ".5", "--steps", "70"])).expect("a file");
-            let parts = end(&["--load-state", &saved, "--steps", "50"]);
-            assert!(whole == parts, "{} {}\n{whole}\n{parts}", law.name, integrator.name);
+            let steps = |sim: &mut Sim, n: usize| (0..n).for_each(|_| sim.step());
+            let (mut whole, mut first, mut second) = (sim(), sim(), sim());
+            steps(&mut whole, 120);
+            steps(&mut first, 70);
+            let saved = record::write_state(&first.model, &first.method, &first.state).expect("finite numbers");
+            second.state = record::read_state(&second.model, &saved).expect("a state of this scene");
+            assert_eq!(second.state, first.state);
+            steps(&mut second, 50);
+            assert_eq!(second.state, whole.state, "{} {}", law.name, integrator.name);
         }
     }
-    let saved = file("penalty_rk4.json", "").display().to_string();
+    // In other processes.
+    let scene = file("restart.xml", text).display().to_string();
+    let end = |args: &[&str]| {
+        let output = penny(&[&["run", &scene, "--save-state", "-"][..], args].concat());
+        assert!(output.status.success(), "{}", crate::said(&output));
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let whole = end(&["--ctrl", ".5", "--steps", "120"]);
+    let saved = file("half.json", &end(&["--ctrl", ".5", "--steps", "70"])).display().to_string();
+    assert!(whole == end(&["--load-state", &saved, "--steps", "50"]), "{whole}");
+    let saved = file("pendulum.json", "").display().to_string();
     let save = ["--steps", "3", "--save-state", &saved];
     penny(&[&["models/pendulum.xml"], &save[..]].concat());
     for (scene, says) in

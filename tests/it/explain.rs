@@ -182,7 +182,7 @@ fn a_rehearsal_finds_what_one_contact_alone_does_not_show() {
         let model = scene(name);
         let largest = |timestep: f64| {
             let method = Method { timestep, ..method(law, "semi-implicit-euler") };
-            trial_run::largest_timestep(&model, &method, &State::new(&model))
+            trial_run::largest_timestep(&model, &method, &State::new(&model), &explain::Budget::unlimited())
         };
         let safe = largest(h).unwrap_or_else(|| panic!("{name}: gains energy and is not told"));
         assert!(safe > 1e-4 && safe < h, "{name}: {safe}");

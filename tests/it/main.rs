@@ -24,6 +24,7 @@ mod collision;
 mod compile;
 mod conservation;
 mod contact_forces;
+mod doubts;
 mod examples;
 mod explain;
 mod extremes;

@@ -5,8 +5,12 @@ use std::path::PathBuf;
 
 use super::Failure;
 use super::format::count;
+use super::run::warnings::Overlap;
 use super::scene::LimitArgs;
 use penny::mjcf::{self, Problem, Severity};
+use penny::model::Model;
+use penny::state::State;
+use penny_lab::record::Recorder;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -23,11 +27,17 @@ pub fn check(args: &Args) -> Result<(), Failure> {
     for path in &args.scenes {
         let file = path.display();
         match penny::load_within(path, &args.limits.limits()) {
-            Ok(scene) if scene.warnings.is_empty() => println!("{file}: fine"),
             Ok(scene) => {
-                let report = mjcf::render(&scene.document, &scene.warnings, colour);
-                eprintln!("{report}\n");
-                println!("{file}: fine, with {}", counts(&scene.warnings));
+                let doubts = doubts(&scene.model);
+                if !scene.warnings.is_empty() {
+                    eprintln!("{}\n", mjcf::render(&scene.document, &scene.warnings, colour).trim_end());
+                }
+                doubts.iter().for_each(|doubt| eprintln!("{}\n", doubt.trim_end()));
+                let found = scene.warnings.len() + doubts.len();
+                match found {
+                    0 => println!("{file}: fine"),
+                    _ => println!("{file}: fine, with {}", count(found, "warning", "warnings")),
+                }
             }
             Err(failure) => {
                 let report = mjcf::render(&failure.document, &failure.problems, colour);
@@ -36,6 +46,27 @@ pub fn check(args: &Args) -> Result<(), Failure> {
         }
     }
     if refused.is_empty() { Ok(()) } else { Err(Failure::Problem(refused.join("\n"))) }
+}
+
+/// What only shows where the scene begins: overlaps, joints beyond their limits, in the scene's own start and in keyframes.
+fn doubts(model: &Model) -> Vec<String> {
+    let mut list = super::doubts::of_scene(model);
+    let mut recorder = Recorder::new(model);
+    let start = State::new(model);
+    recorder.sample(model, &start);
+    list.extend(Overlap::find(model, recorder.contacts()).map(|overlap| overlap.warning(model)));
+    list.extend(super::doubts::of_start(model, &start, "at the start"));
+    for (i, key) in model.keyframes.iter().enumerate() {
+        let mut state = start.clone();
+        (state.qpos, state.qvel, state.ctrl) = (key.qpos.clone(), key.qvel.clone(), key.ctrl.clone());
+        let name = if key.name.is_empty() { i.to_string() } else { key.name.clone() };
+        for doubt in super::doubts::of_start(model, &state, &format!("in keyframe {name}")) {
+            list.push(doubt);
+        }
+        let clamped = super::scene::clamped_controls(model, &state);
+        list.extend(clamped.lines().map(|line| format!("{line} (keyframe {name})")));
+    }
+    list
 }
 
 /// "2 errors, 1 warning"; what there is none of is left out.

@@ -11,10 +11,11 @@ use penny::contact::describe::{self, Ask, Creep};
 use penny::contact::tutorial;
 use penny::data::Data;
 use penny::forward::Method;
+use penny::integrate::{self, Integrator};
 use penny::model::{Cone, GeomKind, Mix, Model};
 use penny::state::State;
 use penny_lab::explain::probe::{self, IMPACT, LARGEST};
-use penny_lab::explain::{self, Meaning, Touch, touches, trial_run, weight};
+use penny_lab::explain::{self, Budget, Meaning, Touch, touches, trial_run, weight};
 use penny_lab::names::{body as body_name, geom as geom_name};
 use penny_lab::sweep::theory;
 
@@ -176,13 +177,40 @@ pub fn springs(model: &Model, method: &Method, touches: &[Touch]) -> Vec<String>
     group(touches).iter().map(line).collect()
 }
 
-/// The smallest of the largest stable timesteps of pairs and of joints' springs, s, and whose it is.
-pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch]) -> Option<(f64, String)> {
-    let of_pair = |g: &Vec<Touch>| Some((probe::largest_timestep(model, method, &g[0])?, names(model, g)));
+/// The smallest of the largest stable timesteps of pairs and of joints' springs and servos, s, and whose it is. Where the
+/// budget ends, the stiffest contacts have been tried.
+pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch], budget: &Budget) -> Option<(f64, String)> {
     let of_joint = |spring: theory::Spring| Some((theory::limit(method.integrator, &spring)?, spring.name));
-    let pairs = group(touches).into_iter().take(20).filter_map(|g| of_pair(&g)).collect::<Vec<_>>();
-    let joints = theory::joint_springs(model).into_iter().filter_map(of_joint);
-    joints.chain(pairs).min_by(|a, b| a.0.total_cmp(&b.0))
+    let mut limits: Vec<(f64, String)> =
+        theory::joint_springs(model).into_iter().filter_map(of_joint).filter(|(limit, _)| limit.is_finite()).collect();
+    let omega = |g: &Vec<Touch>| {
+        let ask = Ask { model, touch: &g[0], timestep: method.timestep, slope: 0.0 };
+        (method.contact.describe)(&ask).springs.map_or(f64::INFINITY, |[rest, hard]| rest.omega().max(hard.omega()))
+    };
+    let mut groups = group(touches);
+    groups.sort_by(|a, b| omega(b).total_cmp(&omega(a)));
+    for group in groups.iter().take(20).take_while(|_| budget.left()) {
+        limits.extend(probe::largest_timestep(model, method, &group[0]).map(|limit| (limit, names(model, group))));
+    }
+    limits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// An integrator under which a start that is unstable now gains nothing at the same timestep, by theory and tried out.
+pub fn stable_integrator(model: &Model, method: &Method, start: &State, budget: &Budget) -> Option<&'static str> {
+    let stable = |integrator: &&&'static Integrator| {
+        let other = Method { integrator, ..*method };
+        let theory = theory::joint_springs(model)
+            .iter()
+            .all(|s| theory::limit(integrator, s).is_none_or(|limit| limit > method.timestep));
+        theory
+            && integrator.name != method.integrator.name
+            && budget.left()
+            && trial_run::largest_timestep(model, &other, start, budget).is_none()
+            && !budget.used_up()
+    };
+    // The cheapest first.
+    let order = [integrate::implicitfast::METHOD.name, integrate::implicit_euler::METHOD.name];
+    order.iter().filter_map(|name| integrate::ALL.iter().find(|i| i.name == *name)).find(stable).map(|i| i.name)
 }
 
 /// Said after a run in which some step's equations were not solved; empty otherwise.
@@ -289,9 +317,9 @@ pub fn column(model: &Model, method: &Method, touch: &Touch) -> [String; 9] {
 }
 
 /// The first groups of pairs on which a body hops instead of resting, and how.
-pub fn hopping(model: &Model, method: &Method, touches: &[Touch]) -> Vec<(String, probe::Hop)> {
+pub fn hopping(model: &Model, method: &Method, touches: &[Touch], budget: &Budget) -> Vec<(String, probe::Hop)> {
     let of = |group: Vec<Touch>| Some((names(model, &group), probe::hop(model, method, &group[0])?));
-    group(touches).into_iter().take(4).filter_map(of).collect()
+    group(touches).into_iter().take(4).take_while(|_| budget.left()).filter_map(of).collect()
 }
 
 /// Says so where a body never comes to rest on the contact, but hops within what a step's fall gives.
@@ -349,8 +377,7 @@ fn trial_run(model: &Model, method: &Method) -> String {
     let (law, integrator, h) = (method.contact.name, method.integrator.name, si(method.timestep, "s"));
     let start = State::new(model);
     let tried = format!("Its first seconds, tried with {law}, {integrator} and a step of {h}");
-    match trial_run::largest_timestep(model, method, &start) {
-        None if !model.actuators.is_empty() => String::new(),
+    match trial_run::largest_timestep(model, method, &start, &Budget::unlimited()) {
         None => format!("{tried}, gain no energy.\n"),
         Some(0.0) => format!("{tried}, gain energy; with each smaller step tried, too.\n"),
         Some(limit) => format!("{tried}, gain energy; with {} they do not.\n", si(limit, "s")),

@@ -34,6 +34,7 @@ macro_rules! println {
 mod bench;
 mod check;
 mod compare;
+mod doubts;
 mod explain;
 mod files;
 mod format;

@@ -8,10 +8,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 mod summary;
 mod table;
-mod warnings;
+pub mod warnings;
 
 use self::table::Table;
 use self::warnings::{EnergyGain, Overlap};
+use super::doubts;
 use super::explain::{hopping, largest_timestep, requirements};
 use super::files;
 use super::format::{count, short, si};
@@ -23,8 +24,9 @@ use penny::draft::Draft;
 use penny::forward::{Method, StepError, step};
 use penny::model::Model;
 use penny::state::State;
-use penny_lab::explain::{self, probe};
+use penny_lab::explain::{self, Budget, Touch, probe};
 use penny_lab::record::{self, Balance, Csv, Json, Lines, Picture, Quantity, Recorder, Sample};
+use penny_lab::sweep::theory;
 use penny_lab::{names, plot};
 
 #[derive(clap::Args)]
@@ -71,6 +73,10 @@ const LINES: usize = 10;
 const LOOKS: usize = 200;
 /// Steps between two looks at the clock.
 const BATCH: usize = 4096;
+/// Real time for what is tried before the first step, s; the development build is slower.
+const TRYING: f64 = if cfg!(debug_assertions) { 4.0 } else { 0.2 };
+/// Whose limit it is where a trial run found it.
+const THE_SCENE: &str = "the scene";
 /// A run that takes longer than this shows its progress.
 const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -95,10 +101,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut recorder = Recorder::new(&model);
     let first = recorder.sample(&model, &state);
     let overlap = Overlap::find(&model, recorder.contacts());
-    let (text, limit) = account(&args.scene, &model, &method, &state, steps);
+    let touches = explain::touches(&model, &method);
+    let budget = Budget::seconds(TRYING);
+    let (text, limit) = account(&args.scene, &model, &method, &state, steps, &touches, &budget);
     report.print(&text);
+    for doubt in doubts::of_start(&model, &state, "at the start").into_iter().chain(doubts::of_scene(&model)) {
+        eprintln!("{doubt}");
+    }
+    for doubt in doubts::quaternions(&model, &state) {
+        eprintln!("{doubt}");
+    }
     eprint!("{}", scene::clamped_controls(&model, &state));
-    eprint!("{}{}", warning(&method, &limit), overlap.as_ref().map_or_else(String::new, |o| o.warning(&model)));
+    eprint!(
+        "{}{}",
+        warning(&model, &method, &state, &limit, &budget),
+        overlap.as_ref().map_or_else(String::new, |o| o.warning(&model))
+    );
 
     let mut table = Table::new(&model, &shown);
     let mut data = Data::new(&model);
@@ -110,6 +128,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut balance = Balance::new(&model, method.integrator);
     let mut last = first;
     let mut overflow = None;
+    let mut fast: Option<String> = None;
     let mut i = 0;
     loop {
         let (written, listed) = (outputs.any() && i % args.every == 0, i % stride == 0 || i == steps);
@@ -126,7 +145,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             if looked {
                 recorder.forces(&model, &method, &state);
-                energy.enter(&sample, recorder.data(), balance.actuators);
+                energy.enter(&model, &state, &sample, recorder.data());
+                if fast.is_none() {
+                    let left = (steps - i) as f64 * method.timestep;
+                    fast = doubts::tunnels(&model, &method, &state, recorder.data(), &touches, left);
+                    eprint!("{}", fast.as_deref().unwrap_or_default());
+                }
             }
             if !sample.energy.is_finite() {
                 overflow = overflow.or(Some(state.time));
@@ -197,8 +221,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         );
     }
     if energy.grew() {
-        let limit = limit.map(|(limit, _)| limit);
-        eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit));
+        eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit.as_ref()));
     }
     interrupt.code().map_or(Ok(()), |code| Err(Failure::Interrupted(code)))
 }
@@ -207,7 +230,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 type Limit = Option<(f64, String)>;
 
 /// What is computed, how, and how far from its limit.
-fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: usize) -> (String, Limit) {
+fn account(
+    path: &Path,
+    model: &Model,
+    method: &Method,
+    start: &State,
+    steps: usize,
+    touches: &[Touch],
+    budget: &Budget,
+) -> (String, Limit) {
     let mut rows: Vec<[String; 2]> = requirements(model);
     rows.push(["contact law".into(), format!("{}: {}", method.contact.name, method.contact.about)]);
     if !method.contact.joints && model.plan.limits + model.plan.frictionloss > 0 {
@@ -217,11 +248,10 @@ fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: us
         ]);
     }
     rows.push(["integrator".into(), format!("{}: {}", method.integrator.name, method.integrator.about)]);
-    let touches = explain::touches(model, method);
-    for line in super::explain::springs(model, method, &touches).into_iter().take(4) {
+    for line in super::explain::springs(model, method, touches).into_iter().take(4) {
         rows.push(["spring".into(), line]);
     }
-    for (touch, hop) in hopping(model, method, &touches) {
+    for (touch, hop) in hopping(model, method, touches, budget) {
         let probe::Hop { rest, depth: [low, high], fall } = hop;
         rows.push([
             "rest".into(),
@@ -235,7 +265,7 @@ fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: us
         ]);
     }
     let mut step = format!("{}, {}", si(method.timestep, "s"), count(steps, "step", "steps"));
-    let limit = largest_timestep(model, method, &touches);
+    let limit = largest_timestep(model, method, touches, budget);
     if let Some((limit, names)) = &limit {
         step += &match limit {
             limit if *limit >= explain::probe::LARGEST => "; no spring alone limits it".to_owned(),
@@ -247,6 +277,14 @@ fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: us
         };
     }
     rows.push(["step".into(), step]);
+    // A limit of the probe's own is none of the scene's.
+    let limit = limit.filter(|(limit, _)| *limit < explain::probe::LARGEST);
+    let limit = safe(model, method, start, limit, budget);
+    if budget.used_up() {
+        let what =
+            format!("not all contacts and starts could be tried in {}: penny explain --all tries all", si(TRYING, "s"));
+        rows.push(["left out".into(), what]);
+    }
     if !model.keyframes.is_empty() {
         rows.push(["keyframes".into(), format!("{}: start from one with --key", scene::keys(model))]);
     }
@@ -254,39 +292,57 @@ fn account(path: &Path, model: &Model, method: &Method, start: &State, steps: us
     for [name, value] in rows {
         text += &format!("  {name:<12} {value}\n");
     }
-    // A limit of the probe's own is none of the scene's.
-    let limit = limit.filter(|(limit, _)| *limit < explain::probe::LARGEST);
-    (text, safe(model, method, start, limit))
+    (text, limit)
 }
 
 /// The largest timestep that bears both a spring alone and the start of the run, tried out, and whose it is; `None` if
 /// the run's own does.
-fn safe(model: &Model, method: &Method, start: &State, limit: Limit) -> Limit {
+fn safe(model: &Model, method: &Method, start: &State, limit: Limit, budget: &Budget) -> Limit {
     // Where the smallest step tried gains, too, the timestep is not the cause: a start deep in the ground, for instance.
     let trial_run = |timestep: f64| {
-        let limit = explain::trial_run::largest_timestep(model, &Method { timestep, ..*method }, start);
+        let limit = explain::trial_run::largest_timestep(model, &Method { timestep, ..*method }, start, budget);
         limit.filter(|limit| *limit > 0.0)
     };
+    // Of a contact it is the stiffest way in which it can be touched; what is not touched so in this run is no matter.
+    let contact = |(_, names): &(f64, String)| theory::joint_springs(model).iter().all(|s| s.name != *names);
     match limit.filter(|(limit, _)| *limit < method.timestep) {
+        Some(limit)
+            if contact(&limit) && limit.0 > 0.0 && trial_run(method.timestep).is_none() && !budget.used_up() =>
+        {
+            None
+        }
         Some((limit, names)) if limit > 0.0 => Some((trial_run(rounded_down(limit)).unwrap_or(limit), names)),
         Some(none) => Some(none),
-        None => trial_run(method.timestep).map(|limit| (limit, "the scene".to_owned())),
+        None => trial_run(method.timestep).map(|limit| (limit, THE_SCENE.to_owned())),
     }
 }
 
 /// Said before the first step where the timestep is beyond what the springs bear.
-fn warning(method: &Method, limit: &Limit) -> String {
+fn warning(model: &Model, method: &Method, start: &State, limit: &Limit, budget: &Budget) -> String {
     let integrator = method.integrator.name;
     match limit {
         Some((0.0, names)) => {
             format!("warning: {names} gains energy at any timestep with {integrator}: take another --integrator\n")
         }
-        Some((limit, names)) if *limit < method.timestep => format!(
-            "warning: at this timestep {names} gains energy until the run means nothing; the largest safe one with \
-             {integrator} is {}: --timestep {:.1e}\n",
-            si(*limit, "s"),
-            rounded_down(*limit)
-        ),
+        Some((limit, names)) if names == THE_SCENE && *limit < method.timestep && warnings::gains_anyway(method) => {
+            format!(
+                "warning: {integrator} adds energy to every oscillation, at any timestep; at {} it is much: take \
+                 --integrator semi-implicit-euler or rk4\n",
+                si(method.timestep, "s")
+            )
+        }
+        Some((limit, names)) if *limit < method.timestep => {
+            let other = super::explain::stable_integrator(model, method, start, budget);
+            let other = other.map_or_else(String::new, |other| {
+                format!(", or --integrator {other}, stable at {}", si(method.timestep, "s"))
+            });
+            format!(
+                "warning: at this timestep {names} gains energy without end (it is unstable); the largest stable one with \
+                 {integrator} is {}: --timestep {:.1e}{other}\n",
+                si(*limit, "s"),
+                rounded_down(*limit)
+            )
+        }
         _ => String::new(),
     }
 }
@@ -322,12 +378,12 @@ fn report(model: &Model, method: &Method, data: &Data, error: &StepError) -> Str
         text += &format!("  its deepest contact: {a} – {b}, {} deep\n", si(-contact.dist, "m"));
     }
     let touches = explain::touches(model, method);
-    text += &match largest_timestep(model, method, &touches) {
+    text += &match largest_timestep(model, method, &touches, &Budget::seconds(TRYING)) {
         Some((limit, names)) if limit > 0.0 && limit < method.timestep.min(explain::probe::LARGEST) => format!(
             "  help: {names} is stable up to a timestep of {}, and this one is {}: try --timestep {:.1e}",
             si(limit, "s"),
             si(method.timestep, "s"),
-            0.5 * limit
+            rounded_down(0.5 * limit)
         ),
         _ => format!("  help: try a smaller step (--timestep {:.1e}) or another integrator", 0.1 * method.timestep),
     };

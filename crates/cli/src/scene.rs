@@ -401,6 +401,12 @@ pub fn law_parser() -> impl TypedValueParser<Value = String> {
     PossibleValuesParser::new(contact::ALL.iter().map(|l| PossibleValue::new(l.name).help(l.about)))
 }
 
+/// Where several may be named.
+pub fn laws_parser() -> impl TypedValueParser<Value = String> {
+    let laws = contact::ALL.iter().map(|l| PossibleValue::new(l.name).help(l.about));
+    PossibleValuesParser::new(laws.chain([PossibleValue::new("all").help("each of them")]))
+}
+
 pub fn integrator_parser() -> impl TypedValueParser<Value = String> {
     IntegratorParser
 }

@@ -35,8 +35,8 @@ pub struct Args {
     /// Directory for CSV, JSON, SVG and PNG [default: sweep-SCENE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Contact laws, with commas [default: all]
-    #[arg(long, value_name = "LAWS", value_delimiter = ',', value_parser = scene::law_parser())]
+    /// Contact laws, with commas, or `all` [default: all]
+    #[arg(long, value_name = "LAWS", value_delimiter = ',', value_parser = scene::laws_parser())]
     laws: Vec<String>,
     /// Integrators, with commas [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = scene::integrator_parser())]
@@ -120,7 +120,8 @@ const MOST_CELLS: usize = 1000;
 impl Args {
     fn laws(&self, model: &Model) -> Vec<&'static Law> {
         let named = self.laws.iter().filter_map(|name| contact::by_name(name));
-        let mut laws: Vec<_> = if self.laws.is_empty() { contact::ALL.to_vec() } else { named.collect() };
+        let all = self.laws.is_empty() || self.laws.iter().any(|name| name == "all");
+        let mut laws: Vec<_> = if all { contact::ALL.to_vec() } else { named.collect() };
         // Without contacts the laws are one and the same.
         laws.truncate(if contactless(model) { 1 } else { laws.len() });
         laws

@@ -5,10 +5,12 @@ use crate::format::{short, si};
 use penny::data::{Contact, Data};
 use penny::forward::Method;
 use penny::integrate;
-use penny::model::Model;
-use penny_lab::explain;
+use penny::model::{JointKind, Model};
+use penny::state::State;
+use penny_lab::explain::{self, joints};
 use penny_lab::names::geom as geom_name;
 use penny_lab::record::Sample;
+use penny_lab::sweep::theory;
 
 /// Two geoms that are deep in one another before the first step.
 pub struct Overlap {
@@ -43,18 +45,43 @@ impl Overlap {
     pub fn warning(&self, model: &Model) -> String {
         format!(
             "warning: {} overlap by {} at the start, {} times the radius of the smaller: their contact will throw them \
-             apart; begin with them apart (pos in the file, or --qpos)\n",
+             apart; {}\n",
             self.names(model),
             si(self.depth, "m"),
-            short(self.depth / self.size)
+            short(self.depth / self.size),
+            self.cure(model)
         )
+    }
+
+    /// A joint may forbid them to move apart: a link in its own mount.
+    fn cure(&self, model: &Model) -> String {
+        let body = self.geom.map(|g| model.geoms[g].body);
+        let weld = body.map(|b| model.bodies[b].weld);
+        let parent = |b: usize| model.bodies[model.bodies[b].parent].weld;
+        let hangs = |child: usize, on: usize| {
+            let free = model.joints[model.bodies[child].joints.clone()].iter().any(|j| j.kind == JointKind::Free);
+            child != 0 && !free && parent(child) == on
+        };
+        if !hangs(weld[0], weld[1]) && !hangs(weld[1], weld[0]) {
+            return "begin with them apart (pos in the file, or --qpos)".to_owned();
+        }
+        let names = body.map(|b| model.bodies[b].name.as_str());
+        let [a, b] = self.geom.map(|g| geom_name(model, g));
+        match names {
+            [one, other] if !one.is_empty() && !other.is_empty() && body[0] != 0 && body[1] != 0 => format!(
+                "a joint holds them together: let them not touch, with <contact><exclude body1=\"{one}\" body2=\"{other}\"/></contact>"
+            ),
+            _ => format!(
+                "a joint holds them together: let them not touch, with contype=\"0\" conaffinity=\"0\" on {a} or {b}"
+            ),
+        }
     }
 }
 
 /// Energy that comes from nowhere.
 ///
-/// What actuators have put in is taken off: E' = E − W. A contact or joint limit with force F at a depth d stores no more
-/// than F d, so E' + Σ F d is at least what can come back from a state:
+/// Actuators at constant controls are a potential U ([`joints::actuator_potential`]): E' = E + U. A contact or joint limit
+/// with force F at a depth d stores no more than F d, so E' + Σ F d is at least what can come back from a state:
 ///
 ///     gain = E'(t) − min (E'(0), min over 0 < s ≤ t of (E'(s) + Σ F d))
 pub struct EnergyGain {
@@ -78,20 +105,23 @@ impl EnergyGain {
         let radii = model.geoms.iter().filter(|g| moves(g.body)).map(|g| g.rbound);
         let mass: f64 = model.bodies.iter().filter(|b| b.tree.is_some()).map(|b| b.mass).sum();
         let lift = mass * explain::weight(model) * radii.fold(0.0, f64::max);
-        EnergyGain { least: first.energy, gain: 0.0, from_to: [first.energy; 2], kinetic: first.kinetic, lift }
+        EnergyGain { least: f64::INFINITY, gain: 0.0, from_to: [first.energy; 2], kinetic: first.kinetic, lift }
     }
 
-    /// In: forces at the state, and the work of the actuators so far (J).
-    pub fn enter(&mut self, sample: &Sample, data: &Data, work: f64) {
+    /// In: forces at the state.
+    pub fn enter(&mut self, model: &Model, state: &State, sample: &Sample, data: &Data) {
         let contacts = data.contacts.iter().map(|c| (c.force[0] * c.dist).abs());
         let limits = data.joint_rows.iter().map(|r| (r.force * r.violation).abs());
-        let now = sample.energy - work;
+        // A limit that is violated at the start is a spring under tension: said before the run.
+        let at_start = if self.least.is_finite() { 0.0 } else { limits.clone().sum() };
+        let given = joints::actuator_potential(model, state);
+        let now = sample.energy + given;
         let stored: f64 = contacts.chain(limits).sum();
         self.kinetic = self.kinetic.max(sample.kinetic);
-        self.least = self.least.min(now + stored);
+        self.least = if self.least.is_finite() { self.least.min(now + stored) } else { now + at_start };
         if now - self.least > self.gain {
             self.gain = now - self.least;
-            self.from_to = [self.least + work, sample.energy];
+            self.from_to = [self.least - given, sample.energy];
         }
     }
 
@@ -106,26 +136,51 @@ impl EnergyGain {
     }
 
     /// Says by how much the energy grew, and the likeliest cause and remedy.
-    pub fn told(&self, model: &Model, method: &Method, overlap: Option<&Overlap>, limit: Option<f64>) -> String {
+    pub fn told(
+        &self,
+        model: &Model,
+        method: &Method,
+        overlap: Option<&Overlap>,
+        limit: Option<&(f64, String)>,
+    ) -> String {
         let [first, last] = self.from_to.map(|e| si(e, "J"));
         let (h, integrator) = (method.timestep, method.integrator.name);
         let cause = match (overlap, limit) {
             (Some(overlap), _) => {
                 let names = overlap.names(model);
-                format!("{names} overlapped by {} at the start; begin with them apart", si(overlap.depth, "m"))
+                format!("{names} overlapped by {} at the start; {}", si(overlap.depth, "m"), overlap.cure(model))
             }
-            (None, Some(limit)) if 0.0 < limit && limit < h => {
-                format!("the timestep is too long for the springs: try --timestep {:.1e}", rounded_down(limit))
+            (None, Some((limit, whose))) if 0.0 < *limit && *limit < h && whose != super::THE_SCENE => {
+                format!("the timestep is too long for {whose}: try --timestep {:.1e}", rounded_down(*limit))
             }
+            _ if gains_anyway(method) => {
+                let others = integrate::ALL.iter().filter(|i| !gains_anyway(&Method { integrator: i, ..*method }));
+                let others: Vec<&str> = others.filter(|i| !i.implicit).map(|i| i.name).take(2).collect();
+                format!(
+                    "{integrator} adds energy to every oscillation, at any timestep: take --integrator {}",
+                    others.join(" or ")
+                )
+            }
+            (None, Some((limit, _))) if 0.0 < *limit && *limit < h => format!(
+                "the timestep is too long for the impacts and turns of this motion: try --timestep {:.1e}",
+                rounded_down(*limit)
+            ),
             _ => {
                 // Of the highest order; that one itself can only take smaller steps.
                 let best = integrate::ALL.iter().rev().max_by_key(|i| i.order).filter(|i| i.name != integrator);
                 let other = best.map_or_else(String::new, |best| format!(" or --integrator {}", best.name));
-                format!("{integrator} errs at this timestep: try --timestep {:.1e}{other}", 0.25 * h)
+                format!("the error of {integrator} at this timestep: try --timestep {:.1e}{other}", 0.25 * h)
             }
         };
         let driven =
             if model.actuators.is_empty() { "though nothing drives the scene" } else { "beyond the actuators' work" };
         format!("warning: the energy grew from {first} to {last}, {driven}: {cause}")
     }
+}
+
+/// Whether the integrator lets every undamped oscillation grow.
+pub fn gains_anyway(method: &Method) -> bool {
+    let spring =
+        theory::Spring { omega: 1.0, zeta: 0.0, joint: true, servo: false, approach_only: false, name: String::new() };
+    theory::limit(method.integrator, &spring) == Some(0.0)
 }

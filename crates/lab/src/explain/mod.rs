@@ -1,8 +1,11 @@
 //! What the contacts of a scene mean in SI units: numbers for `penny explain` and `penny run`, never for a step.
 
+mod budget;
+pub mod joints;
 pub mod probe;
 pub mod trial_run;
 
+pub use budget::Budget;
 use penny::collision::{self, Hits, Placed, collider};
 pub use penny::contact::describe::Touch;
 use penny::contact::describe::{Ask, Description};

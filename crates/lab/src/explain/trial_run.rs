@@ -3,6 +3,7 @@
 //! A limit of one contact's spring ([`super::probe`]) knows nothing of a body that tilts between several contacts, of
 //! impacts, or of friction that changes its sign in every step.
 
+use super::{Budget, joints};
 use penny::data::Data;
 use penny::dynamics::{self, energy};
 use penny::forward::{Method, step};
@@ -22,18 +23,22 @@ const TRIES: usize = 24;
 /// The largest timestep of those tried at which the start of the run gains no energy; `None` if the method's own is
 /// fine, 0 if none was found.
 ///
-/// Scenes with actuators are not judged: what they gain is meant.
+/// Controls stay as they are at the start, and what they do is weighed as a potential. Also `None` where the budget ends
+/// before anything is found.
 ///
 /// Out: s.
-pub fn largest_timestep(model: &Model, method: &Method, start: &State) -> Option<f64> {
-    let gains = |h: f64| gains(model, &Method { timestep: h, ..*method }, start);
-    if !model.actuators.is_empty() || !gains(method.timestep) {
+pub fn largest_timestep(model: &Model, method: &Method, start: &State, budget: &Budget) -> Option<f64> {
+    let gains = |h: f64| gains(model, &Method { timestep: h, ..*method }, start, budget);
+    if !gains(method.timestep) {
         return None;
     }
     // Two in a row: what lies between chance and the limit may pass once.
     let (mut h, mut passed) = (method.timestep, None);
     for _ in 0..TRIES {
         h *= SMALLER;
+        if !budget.left() {
+            return passed;
+        }
         match passed {
             _ if gains(h) => passed = None,
             None => passed = Some(h),
@@ -48,13 +53,13 @@ pub fn largest_timestep(model: &Model, method: &Method, start: &State) -> Option
 ///     E − E₀ > T/5 + 2 M g h (v + g h),     T = M v²/2 the largest kinetic energy so far
 ///
 /// Semi-implicit Euler holds the energy at half steps, where M g v h/2 is uncertain.
-fn gains(model: &Model, method: &Method, start: &State) -> bool {
+fn gains(model: &Model, method: &Method, start: &State, budget: &Budget) -> bool {
     let (mut state, mut data, mut looked) = (start.clone(), Data::new(model), Data::new(model));
     let (h, g) = (method.timestep, dynamics::gravity(model).norm());
     let mass: f64 = model.bodies.iter().filter(|b| b.tree.is_some()).map(|b| b.mass).sum();
     let mut sum = |state: &State| {
         let energy = energy::energy(model, state, &mut looked);
-        (energy.kinetic, energy.kinetic + energy.potential)
+        (energy.kinetic, energy.kinetic + energy.potential + joints::actuator_potential(model, state))
     };
     let (mut most, before) = sum(&state);
     let steps = (LONGEST / h).ceil() as usize;
@@ -66,6 +71,9 @@ fn gains(model: &Model, method: &Method, start: &State) -> bool {
         forwards += data.counts.forwards * model.trees.len();
         let last = i == steps || forwards > MOST_FORWARDS;
         if i % STRIDE == 0 || last {
+            if !budget.left() {
+                return false;
+            }
             let (kinetic, now) = sum(&state);
             most = f64::max(most, kinetic);
             let speed = (2.0 * most / mass).sqrt();

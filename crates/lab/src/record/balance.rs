@@ -10,13 +10,14 @@
 //! What the integrator itself adds or loses is left as drift, and with it the error of these sums: of second order.
 
 use penny::data::{Data, JointRowKind};
-use penny::integrate::Integrator;
+use penny::dynamics::actuation;
+use penny::integrate::{Dampers, Integrator};
 use penny::math::{Vec3, Vec6};
 use penny::model::Model;
 use penny::state::State;
 
 /// Work done on what moves since the start, J.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Balance {
     pub actuators: f64,
     /// Dampers of joints.
@@ -27,6 +28,9 @@ pub struct Balance {
     /// which surfaces slide at the beginning of each step.
     pub friction: f64,
     before: Vec<f64>,
+    dampers_of: Dampers,
+    /// The integrator looks at the forces at the end of the step.
+    at_end: bool,
     /// Powers at the end of the last step, where an integrator of higher order sums by them, W.
     powers: Option<[f64; 3]>,
 }
@@ -34,7 +38,16 @@ pub struct Balance {
 impl Balance {
     pub fn new(model: &Model, integrator: &Integrator) -> Balance {
         let powers = (integrator.order > 1).then_some([0.0; 3]);
-        Balance { before: vec![0.0; model.nv], powers, ..Balance::default() }
+        Balance {
+            actuators: 0.0,
+            dampers: 0.0,
+            constraints: 0.0,
+            friction: 0.0,
+            before: vec![0.0; model.nv],
+            dampers_of: integrator.implicit_dampers,
+            at_end: integrator.implicit,
+            powers,
+        }
     }
 
     /// Before a step.
@@ -52,9 +65,17 @@ impl Balance {
         let mut now = [0.0; 3];
         if !model.actuators.is_empty() {
             now[0] = power(&data.qfrc_actuator);
+            if self.dampers_of == Dampers::JointsAndActuators && !self.at_end {
+                now[0] += self.implicit_gains(model, state, data);
+            }
         }
         if model.opt.flags.damper && model.plan.dampers > 0 {
-            now[1] = -model.dofs.iter().enumerate().map(|(d, dof)| dof.damping * speed(d) * speed(d)).sum::<f64>();
+            let acts = |d: usize| match self.dampers_of {
+                _ if self.powers.is_some() => state.qvel[d],
+                Dampers::None => before[d],
+                Dampers::Joints | Dampers::JointsAndActuators => state.qvel[d],
+            };
+            now[1] = -model.dofs.iter().enumerate().map(|(d, dof)| dof.damping * acts(d) * speed(d)).sum::<f64>();
         }
         if !data.contacts.is_empty() || !data.joint_rows.is_empty() {
             now[2] = power(&data.qfrc_constraint);
@@ -71,6 +92,20 @@ impl Balance {
         self.actuators += work[0];
         self.dampers += work[1];
         self.constraints += work[2];
+    }
+
+    /// What the velocity gains of actuators do by the velocity at the end of a step instead of that at its beginning, W.
+    fn implicit_gains(&self, model: &Model, state: &State, data: &Data) -> f64 {
+        let mut power = 0.0;
+        for (i, actuator) in model.actuators.iter().enumerate() {
+            let gain = actuation::velocity_gain(actuator, data.actuator_force[i]);
+            let dofs = model.joints[actuator.joint].dofadr..;
+            let gears = || actuation::gear(model, actuator).iter().zip(dofs.clone());
+            let change: f64 = gears().map(|(g, d)| g * (state.qvel[d] - self.before[d])).sum();
+            let mean: f64 = gears().map(|(g, d)| 0.5 * g * (state.qvel[d] + self.before[d])).sum();
+            power += gain * change * mean;
+        }
+        power
     }
 
     /// All work that is accounted for, J.

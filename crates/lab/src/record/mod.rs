@@ -13,7 +13,9 @@ pub use csv::Csv;
 pub use json::Json;
 pub use lines::Lines;
 pub use picture::Picture;
-pub use quantity::{GROUPS, Group, Quantity, Side, chosen, clamped, pair_name, pairs, quantities, sides, usual};
+pub use quantity::{
+    GROUPS, Group, Quantity, Side, chosen, clamped, pair_name, pairs, quantities, sides, usual, velocity,
+};
 pub use saved::{read_state, write_state};
 
 use crate::names;

@@ -155,12 +155,22 @@ pub fn clamped(model: &Model, actuator: usize, ctrl: f64) -> f64 {
     }
 }
 
-/// Velocity of the origin of a body's frame and angular velocity, world axes: J q̇.
+/// Velocity of the origin of a body's frame and angular velocity, world axes.
 fn twist(model: &Model, state: &State, data: &Data, body: usize) -> Vec6 {
+    at_point(model, state, data, body, &data.xpos[body])
+}
+
+/// Velocity of a point of a body, world, m/s. Reads: what `forward` leaves at the state.
+pub fn velocity(model: &Model, state: &State, data: &Data, body: usize, point: &Vec3) -> Vec3 {
+    at_point(model, state, data, body, point).fixed_rows::<3>(0).into_owned()
+}
+
+/// J q̇ at a point of a body.
+fn at_point(model: &Model, state: &State, data: &Data, body: usize, point: &Vec3) -> Vec6 {
     let Some(t) = model.bodies[body].tree else { return Vec6::zeros() };
     let dofs = model.trees[t].dofs.clone();
     let mut columns = vec![Vec6::zeros(); dofs.len()];
-    dynamics::jacobian(model, data, body, &data.xpos[body], &mut columns);
+    dynamics::jacobian(model, data, body, point, &mut columns);
     columns.iter().zip(&state.qvel[dofs]).map(|(column, v)| column * *v).sum()
 }
 

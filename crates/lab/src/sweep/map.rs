@@ -2,6 +2,7 @@
 
 use super::theory::{self, Spring};
 use super::{Case, on_all_cores};
+use crate::explain::joints;
 use penny::data::Data;
 use penny::dynamics::energy;
 use penny::forward::{Method, forward, step};
@@ -256,6 +257,7 @@ pub fn classify(setting: &Setting) -> Class {
     change(&mut weightless, |m| m.opt.flags.gravity = false);
     let springs = energy::energy(&weightless, &state, &mut scratch).potential;
     let start = energy::energy(model, &state, &mut scratch);
+    let driven = joints::actuator_potential(model, &state);
     let first = start.kinetic + start.potential + stored;
     let at_hand = start.kinetic + springs + stored + least(model, method.timestep);
     let mut fallen = 0.0f64;
@@ -264,7 +266,9 @@ pub fn classify(setting: &Setting) -> Class {
     let (mut reversals, mut touched) = (0, false);
     let mut before = state.qvel.clone();
     for i in 0..steps {
-        let e = energy::energy(model, &state, &mut scratch);
+        let mut e = energy::energy(model, &state, &mut scratch);
+        // Actuators hold their controls: what they do is a potential.
+        e.potential += joints::actuator_potential(model, &state) - driven;
         fallen = fallen.max(start.potential - e.potential);
         if step(model, method, &mut state, &mut data).is_err()
             || e.kinetic + e.potential - first > 1e3 * (at_hand + fallen)

@@ -7,8 +7,8 @@
 use crate::explain;
 use penny::contact::describe::Ask;
 use penny::forward::Method;
-use penny::integrate::{DampedSpring, Integrator, Matrix2};
-use penny::model::{JointKind, Model};
+use penny::integrate::{DampedSpring, Dampers, Integrator, Matrix2};
+use penny::model::Model;
 
 /// A damped spring in a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +19,8 @@ pub struct Spring {
     pub zeta: f64,
     /// Its damper is a joint's, which most integrators take implicitly; contacts' dampers are explicit.
     pub joint: bool,
+    /// Its damper is mostly an actuator's velocity gain, which few integrators take implicitly.
+    pub servo: bool,
     /// The damper acts on approach only, v < 0.
     pub approach_only: bool,
     /// "joint x", "contact of ball and ground"
@@ -26,8 +28,9 @@ pub struct Spring {
 }
 
 impl Spring {
-    fn damped(&self) -> DampedSpring {
-        DampedSpring { omega: self.omega, zeta: self.zeta, joint: self.joint }
+    fn damped(&self, integrator: &Integrator) -> DampedSpring {
+        let joint = self.joint || (self.servo && integrator.implicit_dampers == Dampers::JointsAndActuators);
+        DampedSpring { omega: self.omega, zeta: self.zeta, joint }
     }
 }
 
@@ -36,7 +39,7 @@ impl Spring {
 /// A linear spring: the largest absolute eigenvalue of the step's map. Where the damper acts on approach only see
 /// [`switched`].
 pub fn radius(integrator: &Integrator, spring: &Spring, h: f64) -> Option<f64> {
-    let map = |zeta: f64| integrator.amplification.map(|a| a(&DampedSpring { zeta, ..spring.damped() }, h));
+    let map = |zeta: f64| integrator.amplification.map(|a| a(&DampedSpring { zeta, ..spring.damped(integrator) }, h));
     let damped = map(spring.zeta)?;
     if !spring.approach_only || spring.zeta == 0.0 {
         return Some(eigenvalue(&damped));
@@ -180,6 +183,7 @@ pub fn springs(model: &Model, method: &Method) -> Vec<Spring> {
             omega: rest.omega(),
             zeta: rest.zeta(),
             joint: false,
+            servo: false,
             approach_only: description.approach_only,
             name: format!("contact of {} and {}", name(touch.geom[0]), name(touch.geom[1])),
         });
@@ -187,23 +191,25 @@ pub fn springs(model: &Model, method: &Method) -> Vec<Spring> {
     found
 }
 
-/// The springs of slide and hinge joints, each with the inertia that it moves in `qpos0`, and of the dampers alone.
+/// The springs and dampers of slide and hinge joints, each with what its actuators add to it.
 pub fn joint_springs(model: &Model) -> Vec<Spring> {
-    let single = |j: &&penny::model::Joint| matches!(j.kind, JointKind::Slide | JointKind::Hinge) && j.stiffness > 0.0;
-    let spring = |j: &penny::model::Joint| {
-        let dof = &model.dofs[j.dofadr];
-        let mass = 1.0 / dof.invweight0;
-        let omega = (j.stiffness / mass).sqrt();
-        let name = if j.name.is_empty() { format!("joint of body {}", j.body) } else { format!("joint {}", j.name) };
-        Spring {
+    let spring = |j: usize| {
+        let coordinate = explain::joints::coordinate(model, j)?;
+        let (k, c) = (coordinate.stiffness(), coordinate.damping());
+        let servo = coordinate.servo_damping > coordinate.joint_damping;
+        // A damper alone hardly limits a step where it is implicit; where it is explicit, h < 2 m/c, as with a soft spring.
+        let alone = 1e-3 * c / coordinate.mass;
+        let omega = if k > 0.0 { (k / coordinate.mass).sqrt() } else { alone };
+        (omega > 0.0 && (k > 0.0 || servo)).then(|| Spring {
             omega,
-            zeta: dof.damping / (2.0 * (j.stiffness * mass).sqrt()),
-            joint: true,
+            zeta: c / (2.0 * coordinate.mass * omega),
+            joint: !servo,
+            servo,
             approach_only: false,
-            name,
-        }
+            name: coordinate.name(model),
+        })
     };
-    model.joints.iter().filter(single).map(spring).collect()
+    (0..model.joints.len()).filter_map(spring).collect()
 }
 
 #[cfg(test)]
@@ -212,7 +218,7 @@ mod tests {
     use penny::integrate;
 
     fn spring(zeta: f64, joint: bool) -> Spring {
-        Spring { omega: 50.0, zeta, joint, approach_only: false, name: String::new() }
+        Spring { omega: 50.0, zeta, joint, servo: false, approach_only: false, name: String::new() }
     }
 
     fn scaled(name: &str, zeta: f64, joint: bool) -> f64 {

@@ -3,11 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::Case;
+use crate::explain::joints;
 use penny::data::{Contact, Data};
 use penny::dynamics::{self, energy};
 use penny::forward::{Method, StepError, step};
 use penny::math::{Quat, Vec3, quat, vec3};
 use penny::model::Model;
+use penny::state::State;
 
 /// Times at which trajectories are compared, besides the start.
 pub const SAMPLES: usize = 8;
@@ -70,7 +72,13 @@ pub fn fit(seconds: f64, timestep: f64) -> (f64, usize) {
 pub fn run(case: &Case, method: &Method) -> Trajectory {
     let (_, each) = fit(case.seconds, method.timestep);
     let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(&case.model), Data::new(&case.model));
-    let mut energies = vec![energy::energy(&case.model, &state, &mut scratch)];
+    // Actuators hold their controls: what they do is a potential, and no instability.
+    let energy = |state: &State, scratch: &mut Data| {
+        let mut e = energy::energy(&case.model, state, scratch);
+        e.potential += joints::actuator_potential(&case.model, state);
+        e
+    };
+    let mut energies = vec![energy(&state, &mut scratch)];
     let mut found = Trajectory { samples: Vec::new(), measures: Measures::default(), failed: None };
     let mut steps = 0;
     'run: for _ in 0..SAMPLES {
@@ -83,7 +91,7 @@ pub fn run(case: &Case, method: &Method) -> Trajectory {
             contacts(&case.model, &data.contacts, &mut found.measures);
             // Sixty-four energies a run, or one a step where there are fewer steps.
             if i % each.div_ceil(64 / SAMPLES) == 0 || i + 1 == each {
-                energies.push(energy::energy(&case.model, &state, &mut scratch));
+                energies.push(energy(&state, &mut scratch));
             }
         }
         found.samples.push(poses(&case.model, &state.qpos, &mut scratch));

@@ -1,0 +1,34 @@
+//! How long trying may take.
+
+use std::cell::Cell;
+use std::time::{Duration, Instant};
+
+/// A span of real time. What does not fit into it is left out, and said to be.
+#[derive(Debug)]
+pub struct Budget {
+    end: Option<Instant>,
+    used_up: Cell<bool>,
+}
+
+impl Budget {
+    /// So many seconds from now.
+    pub fn seconds(seconds: f64) -> Budget {
+        Budget { end: Some(Instant::now() + Duration::from_secs_f64(seconds)), used_up: Cell::new(false) }
+    }
+
+    pub fn unlimited() -> Budget {
+        Budget { end: None, used_up: Cell::new(false) }
+    }
+
+    /// Whether there is time left; asked before something is tried.
+    pub fn left(&self) -> bool {
+        let left = self.end.is_none_or(|end| Instant::now() < end);
+        self.used_up.set(self.used_up.get() || !left);
+        left
+    }
+
+    /// Whether something was left out.
+    pub fn used_up(&self) -> bool {
+        self.used_up.get()
+    }
+}
