@@ -262,3 +262,75 @@ fn nothing_is_doubted_in_models() {
         }
     }
 }
+
+/// What `explain` says of joints, limits, servos and loads, against closed forms.
+#[test]
+fn explain_knows_servos_limits_and_loads() {
+    let line = |text: &str, begin: &str| {
+        let mut lines = text.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" "));
+        lines.find(|l| l.starts_with(begin)).unwrap_or_else(|| panic!("no `{begin}` in\n{text}"))
+    };
+    let wrist = said(WRIST, "explain", &[]);
+    // ω = √(400/4e-4), ζ = 40/(2 √(400 · 4e-4)), h < 2(√(ζ² + 1) − ζ)/ω.
+    assert_eq!(line(&wrist, "servo "), "servo roll 400 N m/rad 40 N m s/rad 1 krad/s 50 0 rad 20 µs");
+    assert!(
+        wrist.contains("servo of joint roll: stable up to a timestep of 20 µs") && wrist.contains("implicitfast"),
+        "{wrist}"
+    );
+
+    // 0.5 kg at 0.15 m on kp 5: m g l/kp = 0.147 rad.
+    let arm = said(&arm("degree", "-90 90", "-1 1"), "explain", &[]);
+    assert!(line(&arm, "servo ").contains("147 mrad"), "{arm}");
+
+    // kp (1 − 0.3) = 350 N on the stop.
+    let rail = r#"<mujoco><worldbody><body><joint name="rail" type="slide" axis="1 0 0" range="-0.3 0.3"/><geom type="box" size=".05 .05 .05" mass="1"/>
+        </body></worldbody><actuator><position name="drive" joint="rail" kp="500" ctrlrange="-1 1"/></actuator></mujoco>"#;
+    let found = line(&said(rail, "explain", &[]), "rail -0.3");
+    assert_eq!(found, "rail -0.3 to 0.3 m 2.5 kN/m 100 N s/m 50 rad/s 1 350 N of drive 7 mm");
+    let end = said(rail, "run", &["--ctrl", "1", "--time", "2"]);
+    let last = end.lines().filter(|l| l.trim_start().starts_with("2.0000")).next_back().expect("a line").to_owned();
+    let goes: f64 = last.split_whitespace().nth(1).expect("a cell").parse().expect("a number");
+    // The servo has let go by 2 % of it there.
+    assert!((goes - 0.3069).abs() < 2e-4, "{last}");
+
+    let heavy = r#"<mujoco><worldbody><geom name="ground" type="plane" size="2 2 .1"/>
+        <body name="light" pos="0 0 0.1"><freejoint/><geom name="light" type="box" size="0.1 0.1 0.1" mass="1"/></body>
+        <body name="heavy" pos="0 0 0.301"><freejoint/><geom name="heavy" type="box" size="0.1 0.1 0.1" mass="1000"/></body></worldbody></mujoco>"#;
+    let found = said(heavy, "explain", &[]);
+    // 1001 kg · 9.81 m/s².
+    assert!(line(&found, "ground – light").contains("9.82 kN 49"), "{found}");
+    assert!(found.contains("mass ratio 1001 : 1") && found.contains("the depth of ground – light: 49"), "{found}");
+}
+
+#[test]
+fn explain_says_where_contact_parameters_come_from() {
+    let text = r#"<mujoco><worldbody><geom name="floor" type="plane" size="2 2 .1" friction="1" solref=".02 1"/>
+        <body pos="0 0 .1"><freejoint/><geom name="puck" type="box" size=".1 .1 .1" friction=".1" solref=".01 1"/></body></worldbody></mujoco>"#;
+    let found = said(text, "explain", &[]);
+    assert!(found.contains("friction 1: the larger of floor 1, puck 0.1"), "{found}");
+    assert!(found.contains("solref 0.015 1: mean of two, floor 0.02 1, puck 0.01 1"), "{found}");
+    let one = text.replace("solref=\".01 1\"", "solref=\".01 1\" priority=\"1\"");
+    assert!(said(&one, "explain", &[]).contains("of puck, which has the higher priority"));
+}
+
+/// Fits a screen, and says so where something was left out.
+#[test]
+fn explain_of_an_arm_fits_a_screen() {
+    let mut bodies = String::new();
+    for _ in 0..5 {
+        bodies = format!(
+            "<body pos='0 0 .3' euler='0 .4 0'><joint axis='0 1 0'/><geom fromto='0 0 0 0 0 .3' size='.04'/>{bodies}</body>"
+        );
+    }
+    let text = format!(
+        "<mujoco><compiler angle='radian'/><default><joint damping='2' range='-3.14 3.14'/><geom type='capsule' mass='2'/></default>
+         <worldbody><geom type='plane' size='2 2 .1'/><body pos='0 0 .15'><joint axis='0 0 1'/><geom fromto='0 0 0 0 0 .1' size='.06'/>{bodies}</body>
+         </worldbody></mujoco>"
+    );
+    let found = said(&text, "explain", &[]);
+    let n = found.lines().count();
+    assert!(
+        n <= 50 && found.contains("hinge 5") && found.contains("(5 more alike)") && found.contains("--all"),
+        "{n} lines:\n{found}"
+    );
+}

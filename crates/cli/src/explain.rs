@@ -1,10 +1,14 @@
 //! `penny explain`: what a scene requires, and what its numbers mean.
 
-use super::Failure;
+mod overview;
+
 use std::path::PathBuf;
 
+use self::overview::Limits;
+use super::Failure;
+
 use super::format::{count, short, si, table};
-use super::scene::{self, LimitArgs, MethodArgs};
+use super::scene::{self, LimitArgs, MethodArgs, OverrideArgs};
 use penny::collision::exact;
 use penny::contact::constants::{self, Spring};
 use penny::contact::describe::{self, Ask, Creep};
@@ -14,6 +18,7 @@ use penny::forward::Method;
 use penny::integrate::{self, Integrator};
 use penny::model::{Cone, GeomKind, Mix, Model};
 use penny::state::State;
+use penny_lab::explain::loads::{self, Loads};
 use penny_lab::explain::probe::{self, IMPACT, LARGEST};
 use penny_lab::explain::{self, Budget, Meaning, Touch, touches, trial_run, weight};
 use penny_lab::names::{body as body_name, geom as geom_name};
@@ -28,33 +33,88 @@ pub struct Args {
     method: MethodArgs,
     #[command(flatten)]
     limits: LimitArgs,
+    #[command(flatten)]
+    overrides: OverrideArgs,
+    /// Say all of it: every contact under every law and integrator, all joints and actuators, however long it takes
+    #[arg(long)]
+    all: bool,
 }
 
 /// The slope on which creep is told, degrees.
 const SLOPE: f64 = 5.0;
+/// Real time for all that is tried, s; the development build is slower. Without bound with `--all`.
+const TRYING: f64 = if cfg!(debug_assertions) { 8.0 } else { 0.4 };
 
 pub fn explain(args: &Args) -> Result<(), Failure> {
-    let model = scene::load(&args.scene, &args.limits)?;
+    let mut model = scene::load(&args.scene, &args.limits)?;
+    args.overrides.apply(&mut model)?;
+    let model = model;
     let method = args.method.method(&model)?;
     println!("{}\n\nWhat the scene requires", args.scene.display());
     for [name, value] in requirements(&model) {
         println!("  {name:<12} {value}");
     }
     println!("  {:<12} {}, {}, {}", "method", method.contact.name, method.integrator.name, si(method.timestep, "s"));
-    let groups = group(&touches(&model, &method));
-    if groups.is_empty() {
-        return Ok(());
+    let budget = || if args.all { Budget::unlimited() } else { Budget::seconds(0.3 * TRYING) };
+    let start = State::new(&model);
+    let touches = touches(&model, &method);
+    let groups = group(&touches);
+    let loads = loads::settle(&model, &method, &start, &budget());
+    let mut limits = Limits::default();
+    print!("{}", overview::joints(&model, &method, &start, args.all, &mut limits));
+    let tried = budget();
+    // Of a single kind of contact there is room for all that is known; of several, for a line each.
+    let whole = args.all || groups.len() == 1;
+    if groups.len() > 1 {
+        print!("{}", overview::contacts(&model, &method, &groups, &loads, args.all, &tried, &mut limits));
+    } else if let Some(group) = groups.first() {
+        overview::limits_of(&model, &method, group, &loads, &tried, &mut limits);
     }
-    println!("\nWhat its contacts mean");
-    for group in &groups {
-        print!("\n{}", meaning(&model, &method, &args.method, group));
-        print!("\n{}", timesteps(&model, &method, &args.method, &group[0]));
-        print!("\n{}", mapping(&model, &method, &group[0]));
+    if whole && !groups.is_empty() {
+        println!("\nWhat its contacts mean");
+        for group in &groups {
+            print!("\n{}", meaning(&model, &method, &args.method, group));
+            print!("{}", under_load(&model, &method, group, &loads));
+            print!("\n{}", timesteps(&model, &method, &args.method, &group[0]));
+            print!("\n{}", mapping(&model, &method, &group[0]));
+        }
     }
-    print!("{}", in_a_row(&model, &State::new(&model)));
-    print!("\n{}", mappings(&model, &method, &groups[0]));
-    print!("\n{}", trial_run(&model, &method));
+    print!("{}", in_a_row(&model, &start));
+    if whole && !groups.is_empty() {
+        print!("\n{}", mappings(&model, &method, &groups[0]));
+    }
+    let trial = budget();
+    let text = trial_run(&model, &method, &trial);
+    // "Gains no energy" would contradict what theory says of a scene that starts in equilibrium.
+    if !text.is_empty() && !(limits.broken() && text.contains("gain no energy")) {
+        print!("\n{text}");
+    }
+    print!("{}", limits.text());
+    if !args.all && (tried.used_up() || trial.used_up()) {
+        println!("\nNot everything could be tried in {}: --all tries all.", si(TRYING, "s"));
+    } else if !whole && !groups.is_empty() {
+        println!("\n--all says all of it: every contact under every law and integrator.");
+    }
     Ok(())
+}
+
+/// How deep a contact goes under the load that it carries once the scene has settled, where that is not its own weight.
+fn under_load(model: &Model, method: &Method, group: &[Touch], loads: &Loads) -> String {
+    let heaviest = group.iter().max_by(|a, b| loads.of(a.geom).total_cmp(&loads.of(b.geom)));
+    let Some(touch) = heaviest else { return String::new() };
+    let (load, own) = (loads.of(touch.geom), touch.mass * weight(model));
+    if load == 0.0 || (load / own - 1.0).abs() < 0.05 {
+        return String::new();
+    }
+    let depth = explain::depth_under(model, method, touch, load);
+    let depth =
+        depth.map_or_else(String::new, |depth| format!(": {} deep under {}", si(depth, "m"), method.contact.name));
+    format!(
+        "  it carries {} once the scene has settled ({} of simulated time), {} times its own weight{depth}\n",
+        si(load, "N"),
+        si(loads.seconds, "s"),
+        short(load / own)
+    )
 }
 
 /// The plan of a scene in words: what moves, what can touch, what else a step has to compute.
@@ -177,22 +237,43 @@ pub fn springs(model: &Model, method: &Method, touches: &[Touch]) -> Vec<String>
     group(touches).iter().map(line).collect()
 }
 
+/// The order in which contacts are tried.
+mod largest {
+    use super::{Ask, Method, Model, Touch};
+
+    /// Groups of contacts, the stiffest first; those without a formula before all.
+    pub fn stiffest_first(model: &Model, method: &Method, groups: &[Vec<Touch>]) -> Vec<Vec<Touch>> {
+        let omega = |g: &Vec<Touch>| {
+            let ask = Ask { model, touch: &g[0], timestep: method.timestep, slope: 0.0 };
+            (method.contact.describe)(&ask).springs.map_or(f64::INFINITY, |[rest, hard]| rest.omega().max(hard.omega()))
+        };
+        let mut sorted = groups.to_vec();
+        sorted.sort_by(|a, b| omega(b).total_cmp(&omega(a)));
+        sorted
+    }
+}
+
 /// The smallest of the largest stable timesteps of pairs and of joints' springs and servos, s, and whose it is. Where the
 /// budget ends, the stiffest contacts have been tried.
 pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch], budget: &Budget) -> Option<(f64, String)> {
     let of_joint = |spring: theory::Spring| Some((theory::limit(method.integrator, &spring)?, spring.name));
     let mut limits: Vec<(f64, String)> =
         theory::joint_springs(model).into_iter().filter_map(of_joint).filter(|(limit, _)| limit.is_finite()).collect();
-    let omega = |g: &Vec<Touch>| {
-        let ask = Ask { model, touch: &g[0], timestep: method.timestep, slope: 0.0 };
-        (method.contact.describe)(&ask).springs.map_or(f64::INFINITY, |[rest, hard]| rest.omega().max(hard.omega()))
-    };
-    let mut groups = group(touches);
-    groups.sort_by(|a, b| omega(b).total_cmp(&omega(a)));
+    let groups = largest::stiffest_first(model, method, &group(touches));
     for group in groups.iter().take(20).take_while(|_| budget.left()) {
         limits.extend(probe::largest_timestep(model, method, &group[0]).map(|limit| (limit, names(model, group))));
     }
     limits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// An integrator under which all springs and servos of joints are stable at this timestep, by theory.
+fn stable_by_theory(model: &Model, method: &Method) -> Option<&'static str> {
+    let springs = theory::joint_springs(model);
+    let stable = |i: &&&Integrator| {
+        i.name != method.integrator.name
+            && springs.iter().all(|s| theory::limit(i, s).is_some_and(|limit| limit > method.timestep))
+    };
+    [&integrate::implicitfast::METHOD, &integrate::implicit_euler::METHOD].iter().find(|i| stable(&i)).map(|i| i.name)
 }
 
 /// An integrator under which a start that is unstable now gains nothing at the same timestep, by theory and tried out.
@@ -235,7 +316,12 @@ pub fn unsolved(data: &Data, steps: usize) -> String {
 fn meaning(model: &Model, method: &Method, asked: &MethodArgs, group: &[Touch]) -> String {
     let touch = &group[0];
     let points = if touch.points > 1 { format!(", {} points when it lies flat", touch.points) } else { String::new() };
-    let text = format!("{}: {}{points}\n", names(model, group), parameters(&model.mixes[touch.mix]));
+    let text = format!(
+        "{}: {}{points}\n{}",
+        names(model, group),
+        parameters(&model.mixes[touch.mix]),
+        origin(model, touch).map_or_else(String::new, |origin| format!("  {origin}\n"))
+    );
     let mut rows: Vec<Vec<String>> = [
         "",
         "mass m",
@@ -243,7 +329,7 @@ fn meaning(model: &Model, method: &Method, asked: &MethodArgs, group: &[Touch]) 
         "damping c",
         "frequency ω = √(k/m)",
         "damping ratio ζ = c/(2√(km))",
-        "share of a fast impact's speed given back",
+        "coefficient of restitution (fast impact)",
         "depth at rest",
         &format!("creep on a slope of {SLOPE}°"),
     ]
@@ -357,14 +443,63 @@ fn parameters(mix: &Mix) -> String {
     )
 }
 
+/// Where a contact's friction and reference come from, if its two geoms differ: "friction 1: the larger of floor 1, puck 0.1".
+pub fn origin(model: &Model, touch: &Touch) -> Option<String> {
+    let mix = &model.mixes[touch.mix];
+    let pair = model.pairs.listed.iter().find(|p| p.geom == touch.geom)?;
+    if pair.explicit {
+        return Some("all of it from a <pair>".to_owned());
+    }
+    let [a, b] = touch.geom.map(|g| &model.geoms[g]);
+    let [a_name, b_name] = touch.geom.map(|g| geom_name(model, g));
+    let same = a.friction == b.friction && a.solref == b.solref && a.solimp == b.solimp;
+    if same || model.opt.contact_override.is_some() {
+        return None;
+    }
+    if a.priority != b.priority {
+        let name = if a.priority > b.priority { a_name } else { b_name };
+        return Some(format!("friction, solref and solimp of {name}, which has the higher priority"));
+    }
+    let mut parts = Vec::new();
+    if a.friction[0] != b.friction[0] {
+        let [fa, fb] = [a, b].map(|g| short(g.friction[0]));
+        parts.push(format!("friction {}: the larger of {a_name} {fa}, {b_name} {fb}", short(mix.friction[0])));
+    }
+    let pair_of = |x: &[f64]| x.iter().take(2).map(|x| short(*x)).collect::<Vec<_>>().join(" ");
+    let how = |direct: bool| match (direct, a.solmix == b.solmix) {
+        (true, _) => "the smaller of",
+        (false, true) => "mean of",
+        (false, false) => "mean, weighted by solmix, of",
+    };
+    if a.solref != b.solref {
+        let direct = a.solref[0] <= 0.0 || b.solref[0] <= 0.0;
+        parts.push(format!(
+            "solref {}: {} two, {a_name} {}, {b_name} {}",
+            pair_of(&mix.solref),
+            how(direct),
+            pair_of(&a.solref),
+            pair_of(&b.solref)
+        ));
+    }
+    if a.solimp != b.solimp {
+        parts.push(format!(
+            "solimp {}: {} two, {a_name} {}, {b_name} {}",
+            pair_of(&mix.solimp),
+            how(false),
+            pair_of(&a.solimp),
+            pair_of(&b.solimp)
+        ));
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
 /// Says so where a blow would be shared out among bodies that touch in a row.
 pub fn in_a_row(model: &Model, start: &State) -> String {
     let row = |row: Vec<usize>| {
         let names: Vec<String> = row.iter().take(6).map(|&b| body_name(model, b)).collect();
         format!(
-            "\n{}{} touch in a row. A blow along it is shared out among all of them at once, since the springs of all \
-             their\ncontacts yield together (in MuJoCo too): a Newton's cradle needs gaps, some millimetres wide, to \
-             hand it on.\n",
+            "\n{}{} touch in a row. An impact along it acts on all of them at once, since the springs of all their\ncontacts \
+             yield together (in MuJoCo too): a Newton's cradle needs gaps of some millimetres to pass it on.\n",
             names.join(", "),
             if row.len() > names.len() { " …" } else { "" }
         )
@@ -373,11 +508,12 @@ pub fn in_a_row(model: &Model, start: &State) -> String {
 }
 
 /// What the start of the scene, tried out, says about the timestep.
-fn trial_run(model: &Model, method: &Method) -> String {
+fn trial_run(model: &Model, method: &Method, budget: &Budget) -> String {
     let (law, integrator, h) = (method.contact.name, method.integrator.name, si(method.timestep, "s"));
     let start = State::new(model);
     let tried = format!("Its first seconds, tried with {law}, {integrator} and a step of {h}");
-    match trial_run::largest_timestep(model, method, &start, &Budget::unlimited()) {
+    match trial_run::largest_timestep(model, method, &start, budget) {
+        None if budget.used_up() => String::new(),
         None => format!("{tried}, gain no energy.\n"),
         Some(0.0) => format!("{tried}, gain energy; with each smaller step tried, too.\n"),
         Some(limit) => format!("{tried}, gain energy; with {} they do not.\n", si(limit, "s")),

@@ -6,9 +6,9 @@ use std::path::Path;
 pub fn si(x: f64, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 8] =
         [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
-    // 2500 kg, not 2.5 Mg.
-    if unit == "kg" && x.abs() < 1e6 {
-        return format!("{} kg", if x.abs() < 1e3 { short(x) } else { format!("{x:.0}") });
+    // 2500 kg, not 2.5 Mg; 0.318 kg m².
+    if unit.starts_with("kg") {
+        return format!("{} {unit}", if (1e3..1e6).contains(&x.abs()) { format!("{x:.0}") } else { short(x) });
     }
     if x == 0.0 || !x.is_finite() || x.abs() < 1e-14 || x.abs() >= 1e13 {
         return format!("{} {unit}", short(x));
@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(si(8.9e-15, "m"), "8.90e-15 m");
         assert_eq!(short(123_456.0), "123456");
         assert_eq!(short(0.05), "0.05");
-        assert_eq!(si(2500.0, "kg"), "2500 kg");
+        assert_eq!((si(2500.0, "kg"), si(0.318, "kg m²")), ("2500 kg".to_owned(), "0.318 kg m²".to_owned()));
     }
 
     #[test]

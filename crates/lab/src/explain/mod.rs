@@ -2,6 +2,7 @@
 
 mod budget;
 pub mod joints;
+pub mod loads;
 pub mod probe;
 pub mod trial_run;
 
@@ -35,6 +36,14 @@ pub fn meaning(model: &Model, method: &Method, touch: &Touch, slope: f64) -> Mea
     let formulas = (method.contact.describe)(&Ask { model, touch, timestep: method.timestep, slope });
     let silent = formulas.springs.is_none() || formulas.rest_depth.is_none() || formulas.restitution.is_none();
     Meaning { measured: silent.then(|| probe::measure(model, method, touch)).flatten(), formulas }
+}
+
+/// How deep a contact goes under a load, by the law of `method`: as under gravity at which its mass weighs that much, m.
+pub fn depth_under(model: &Model, method: &Method, touch: &Touch, load: f64) -> Option<f64> {
+    let mut heavy = model.clone();
+    let g = dynamics::gravity(model).try_normalize(0.0).unwrap_or(-Vec3::z()) * (load / touch.mass);
+    heavy.edit(|m| (m.opt.gravity, m.opt.flags.gravity) = (g, true)).ok()?;
+    (method.contact.describe)(&Ask { model: &heavy, touch, timestep: method.timestep, slope: 0.0 }).rest_depth
 }
 
 /// All pairs of a scene that are known in advance (a scene of very many geoms finds the others as it runs) and can give

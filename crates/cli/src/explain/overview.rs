@@ -1,0 +1,358 @@
+//! A scene on one screen: a line for each kind of contact, joint, limit and actuator, and the one number that limits most.
+
+use super::{largest, names, origin};
+use crate::format::{count, short, si, table};
+use penny::forward::Method;
+use penny::model::{JointKind, Model};
+use penny::state::State;
+use penny_lab::explain::joints::{self, Coordinate};
+use penny_lab::explain::loads::Loads;
+use penny_lab::explain::{self, Budget, Touch, probe};
+use penny_lab::names;
+use penny_lab::sweep::theory;
+
+/// Lines of a kind without `--all`.
+const LINES: usize = 8;
+/// A contact that goes deeper than this part of the smaller shape is told as a limit of the scene.
+const DEEP: f64 = 0.05;
+/// A margin beyond this is no limit.
+const FAR: f64 = 20.0;
+/// Masses in contact whose ratio is told.
+const RATIO: f64 = 100.0;
+
+/// What limits a scene, each with how much: below 1 it does not work.
+#[derive(Default)]
+pub struct Limits {
+    found: Vec<(f64, String)>,
+}
+
+impl Limits {
+    fn add(&mut self, margin: f64, text: String) {
+        self.found.push((margin, text));
+    }
+
+    /// The one that limits most.
+    pub fn text(&self) -> String {
+        let Some((margin, text)) = self.found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else { return String::new() };
+        let heading =
+            if *margin > FAR { "Nothing limits this scene; nearest to it is" } else { "What limits this scene most" };
+        format!("\n{heading}\n  {text}\n")
+    }
+
+    /// Whether something is beyond its limit.
+    pub fn broken(&self) -> bool {
+        self.found.iter().any(|(margin, _)| *margin < 1.0)
+    }
+}
+
+/// The largest stable timestep in a cell.
+fn stable(limit: Option<f64>) -> String {
+    match limit {
+        None => "not tried".to_owned(),
+        Some(0.0) => "none".to_owned(),
+        Some(h) if h >= probe::LARGEST => "any step".to_owned(),
+        Some(h) => si(h, "s"),
+    }
+}
+
+/// Contacts, a line for each kind, the stiffest first.
+pub fn contacts(
+    model: &Model,
+    method: &Method,
+    groups: &[Vec<Touch>],
+    loads: &Loads,
+    all: bool,
+    budget: &Budget,
+    limits: &mut Limits,
+) -> String {
+    let heading = ["contact", "k", "c", "ω", "ζ", "restitution", "load", "depth", "stable up to"];
+    let mut rows = vec![heading.map(str::to_owned).to_vec()];
+    let mut origins = Vec::new();
+    let sorted = largest::stiffest_first(model, method, groups);
+    let shown = if all { sorted.len() } else { LINES };
+    for group in sorted.iter().take(shown) {
+        let [cells, origin] = line(model, method, group, loads, budget, limits);
+        rows.push(cells);
+        origins.extend(origin);
+    }
+    let mut text = format!(
+        "\nContacts under {}: {} in {}\n{}",
+        method.contact.name,
+        count(groups.iter().map(Vec::len).sum(), "pair", "pairs"),
+        count(groups.len(), "kind", "kinds"),
+        table(&rows)
+    );
+    if sorted.len() > shown {
+        text += &format!("  and {} more, less stiff: --all\n", sorted.len() - shown);
+    }
+    if loads.seconds > 0.0 {
+        text += &format!("  load: once the scene has settled, after {} of simulated time\n", si(loads.seconds, "s"));
+    }
+    for origin in origins.iter().take(if all { origins.len() } else { 3 }) {
+        text += &format!("  {origin}\n");
+    }
+    text
+}
+
+/// What a kind of contact adds to the limits of the scene.
+pub fn limits_of(model: &Model, method: &Method, group: &[Touch], loads: &Loads, budget: &Budget, limits: &mut Limits) {
+    line(model, method, group, loads, budget, limits);
+}
+
+fn line(
+    model: &Model,
+    method: &Method,
+    group: &[Touch],
+    loads: &Loads,
+    budget: &Budget,
+    limits: &mut Limits,
+) -> [Vec<String>; 2] {
+    let name = names(model, group);
+    let touch = group.iter().max_by(|a, b| loads.of(a.geom).total_cmp(&loads.of(b.geom))).unwrap_or(&group[0]);
+    let ask = penny::contact::describe::Ask { model, touch, timestep: method.timestep, slope: 0.0 };
+    let formulas = (method.contact.describe)(&ask);
+    let spring = formulas.springs.map(|[rest, _]| rest);
+    let cell = |x: Option<String>| x.unwrap_or_else(|| "–".to_owned());
+    let load = loads.of(touch.geom);
+    let depth = if load > 0.0 { explain::depth_under(model, method, touch, load) } else { None };
+    let limit = if budget.left() { probe::largest_timestep(model, method, touch) } else { None };
+    let h = method.timestep;
+    if let Some(limit) = limit.filter(|limit| *limit < probe::LARGEST) {
+        limits.add(
+            limit / h,
+            format!(
+                "the stiffness of {name}: stable up to a timestep of {}, {} times this one ({}); a larger timeconst in \
+                 solref makes it softer",
+                si(limit, "s"),
+                short(limit / h),
+                si(h, "s")
+            ),
+        );
+    }
+    let radii = touch.geom.iter().map(|&g| model.geoms[g].rbound).filter(|r| *r > 0.0);
+    let size = radii.fold(f64::INFINITY, f64::min);
+    let masses = touch.geom.map(|g| model.bodies[model.bodies[model.geoms[g].body].weld].mass);
+    let ratio = if touch.rests {
+        load / (touch.mass * explain::weight(model))
+    } else {
+        masses[0].max(masses[1]) / masses[0].min(masses[1])
+    };
+    if let Some(depth) = depth.filter(|depth| *depth > DEEP * size) {
+        let mix = &model.mixes[touch.mix];
+        let why = if ratio > RATIO {
+            format!(" (mass ratio {} : 1; stiffness follows the lighter one)", short(ratio))
+        } else {
+            String::new()
+        };
+        let cure = if mix.solref[0] > 0.0 {
+            format!("; --solref \"{} {}\" makes it a tenth", short(mix.solref[0] / 10f64.sqrt()), short(mix.solref[1]))
+        } else {
+            String::new()
+        };
+        limits.add(
+            0.1 * DEEP * size / depth,
+            format!("the depth of {name}: {} under its load of {}{why}{cure}", si(depth, "m"), si(load, "N")),
+        );
+    }
+    let cells = vec![
+        name.clone(),
+        cell(spring.map(|s| si(s.k, "N/m"))),
+        cell(spring.map(|s| si(s.c, "N s/m"))),
+        cell(spring.map(|s| si(s.omega(), "rad/s"))),
+        cell(spring.map(|s| short(s.zeta()))),
+        cell(formulas.restitution.map(short)),
+        if load > 0.0 { si(load, "N") } else { "none".to_owned() },
+        cell(depth.map(|d| si(d, "m"))),
+        stable(limit),
+    ];
+    [cells, origin(model, touch).map(|origin| format!("{name}: {origin}")).into_iter().collect()]
+}
+
+/// Joints with springs, dampers or servos, their limits, and the actuators.
+pub fn joints(model: &Model, method: &Method, start: &State, all: bool, limits: &mut Limits) -> String {
+    let weights = joints::weights(model, method, start);
+    let list: Vec<Coordinate> = (0..model.joints.len()).filter_map(|j| joints::coordinate(model, j)).collect();
+    let springs = theory::joint_springs(model);
+    let mut text = String::new();
+    let h = method.timestep;
+    for spring in &springs {
+        let Some(limit) = theory::limit(method.integrator, spring).filter(|limit| limit.is_finite()) else { continue };
+        let other =
+            super::stable_by_theory(model, method).map_or_else(String::new, |name| format!(" or --integrator {name}"));
+        let cure = if limit < h { format!(": --timestep {:.0e}{other}", 0.5 * limit) } else { String::new() };
+        limits.add(
+            limit / h,
+            format!(
+                "{}: stable up to a timestep of {} with {}, {} times this one ({}){cure}",
+                spring.name,
+                si(limit, "s"),
+                method.integrator.name,
+                short(limit / h),
+                si(h, "s")
+            ),
+        );
+    }
+    let units = |c: &Coordinate| {
+        let hinge = model.joints[c.joint].kind == JointKind::Hinge;
+        if hinge { ["kg m²", "N m/rad", "N m s/rad", "rad", "N m"] } else { ["kg", "N/m", "N s/m", "m", "N"] }
+    };
+    let frequency = |c: &Coordinate| {
+        if c.stiffness() > 0.0 { [si(c.omega(), "rad/s"), short(c.zeta())] } else { ["–", "–"].map(str::to_owned) }
+    };
+    let more = |n: usize| if n > LINES && !all { format!("  and {} more: --all\n", n - LINES) } else { String::new() };
+    let shown = if all { usize::MAX } else { LINES };
+
+    // Joints: what holds them where.
+    let rows: Vec<Vec<String>> = list
+        .iter()
+        .take(shown)
+        .map(|c| {
+            let [mass, k, damping, place, force] = units(c);
+            let joint = &model.joints[c.joint];
+            let [omega, zeta] = frequency(c);
+            vec![
+                names::joint(model, c.joint),
+                si(c.mass, mass),
+                if c.stiffness() > 0.0 { si(c.stiffness(), k) } else { "–".to_owned() },
+                if c.damping() > 0.0 { si(c.damping(), damping) } else { "–".to_owned() },
+                omega,
+                zeta,
+                if c.joint_stiffness > 0.0 { si(joint.springref, place) } else { "–".to_owned() },
+                si(clean(weights[joint.dofadr]), force),
+            ]
+        })
+        .collect();
+    if !rows.is_empty() {
+        let heading = ["joint", "moves", "k", "c", "ω", "ζ", "spring at rest", "weight"].map(str::to_owned).to_vec();
+        text += &format!(
+            "\nJoints (weight: its force on the joint at the start)\n{}",
+            table(&[vec![heading], rows].concat())
+        );
+        text += &more(list.len());
+    }
+
+    // Limits: how far beyond them a joint goes. Those that are alike together, by the one that is pushed farthest.
+    struct Limit {
+        names: Vec<String>,
+        range: String,
+        omega: f64,
+        zeta: f64,
+        depth: f64,
+        cells: Vec<String>,
+    }
+    let mut alike: Vec<Limit> = Vec::new();
+    for c in &list {
+        let [_, k, damping, place, force_unit] = units(c);
+        let joint = &model.joints[c.joint];
+        let (Some([low, high]), Some(spring)) = (joint.range, joints::limit_spring(model, c.joint, h)) else {
+            continue;
+        };
+        let (force, whose) = strongest(model, c, weights[joint.dofadr]);
+        let depth = joints::limit_depth(model, c.joint, force, h);
+        let name = names::joint(model, c.joint);
+        if depth > DEEP * (high - low) {
+            limits.add(
+                0.1 * DEEP * (high - low) / depth,
+                format!(
+                    "the limit of {name}: {whose} pushes {} beyond it; a smaller timeconst in solreflimit stiffens it",
+                    si(depth, place)
+                ),
+            );
+        }
+        let range = format!("{} to {} {place}", short(low), short(high));
+        let (omega, zeta) = (spring.omega(), spring.zeta());
+        let beyond = if force < 1e-9 { "nothing".to_owned() } else { format!("{} of {whose}", si(force, force_unit)) };
+        let cells = vec![
+            si(spring.k, k),
+            si(spring.c, damping),
+            si(omega, "rad/s"),
+            short(zeta),
+            beyond,
+            if force < 1e-9 { "–".to_owned() } else { si(depth, place) },
+        ];
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-6 * b;
+        let same = |l: &&mut Limit| !all && l.range == range && close(l.omega, omega) && close(l.zeta, zeta);
+        match alike.iter_mut().find(same) {
+            Some(limit) if depth > limit.depth => {
+                limit.names.insert(0, name);
+                (limit.depth, limit.cells) = (depth, cells);
+            }
+            Some(limit) => limit.names.push(name),
+            None => alike.push(Limit { names: vec![name], range, omega, zeta, depth, cells }),
+        }
+    }
+    let mut rows =
+        vec![["limit of", "range", "k", "c", "ω", "ζ", "pressed by", "goes beyond by"].map(str::to_owned).to_vec()];
+    for limit in alike.iter().take(shown) {
+        let name = match &limit.names[..] {
+            [one] => one.clone(),
+            [first, rest @ ..] => format!("{first} ({} more alike)", rest.len()),
+            [] => continue,
+        };
+        rows.push([vec![name, limit.range.clone()], limit.cells.clone()].concat());
+    }
+    if rows.len() > 1 {
+        text += &format!("\nLimits of joints\n{}{}", table(&rows), more(alike.len()));
+    }
+
+    // Actuators as servos.
+    let mut rows = vec![
+        ["actuator", "on", "kp", "kv", "ω", "ζ", "sag under the weight", "stable up to"].map(str::to_owned).to_vec(),
+    ];
+    let driven: Vec<&Coordinate> = list.iter().filter(|c| !c.actuators.is_empty()).collect();
+    for c in driven.iter().take(shown) {
+        let [_, k, damping, place, _] = units(c);
+        let [omega, zeta] = frequency(c);
+        let weight = clean(weights[model.joints[c.joint].dofadr]);
+        let name = c.name(model);
+        let limit = springs.iter().find(|s| s.name == name).and_then(|s| theory::limit(method.integrator, s));
+        for &a in &c.actuators {
+            let servo = c.servo_stiffness > 0.0;
+            rows.push(vec![
+                names::actuator(model, a),
+                names::joint(model, c.joint),
+                if servo { si(c.servo_stiffness, k) } else { "–".to_owned() },
+                if c.servo_damping > 0.0 { si(c.servo_damping, damping) } else { "–".to_owned() },
+                if servo { omega.clone() } else { "–".to_owned() },
+                if servo { zeta.clone() } else { "–".to_owned() },
+                if servo { si(weight.abs() / c.stiffness(), place) } else { "–".to_owned() },
+                limit.map_or("any step".to_owned(), |limit| {
+                    if limit.is_finite() { si(limit, "s") } else { "any step".to_owned() }
+                }),
+            ]);
+        }
+    }
+    if rows.len() > 1 {
+        text += &format!("\nActuators (kp, kv with their gear, on the joint)\n{}{}", table(&rows), more(driven.len()));
+    }
+    text
+}
+
+/// Zero where there is but rounding.
+fn clean(x: f64) -> f64 {
+    if x.abs() < 1e-12 { 0.0 } else { x }
+}
+
+/// The largest force that presses a joint against its limit, N or N m, and whose it is: an actuator's at the end of its
+/// range, or the weight's.
+fn strongest(model: &Model, c: &Coordinate, weight: f64) -> (f64, String) {
+    let joint = &model.joints[c.joint];
+    let [low, high] = joint.range.unwrap_or_default();
+    let mut found = (weight.abs(), "the weight".to_owned());
+    for &i in &c.actuators {
+        let a = &model.actuators[i];
+        let (gear, [ctrl_low, ctrl_high]) = (a.gear[0], a.ctrlrange.unwrap_or([0.0; 2]));
+        for (ctrl, end) in [(ctrl_low, low), (ctrl_high, high), (ctrl_low, high), (ctrl_high, low)] {
+            let mut force = a.gain * ctrl + a.bias[0] + a.bias[1] * gear * end;
+            if let Some([least, most]) = a.forcerange {
+                force = force.clamp(least, most);
+            }
+            // Outwards only.
+            let outward = if end == high { gear * force } else { -gear * force };
+            if outward > found.0 {
+                found = (outward, names::actuator(model, i));
+            }
+        }
+    }
+    found
+}
