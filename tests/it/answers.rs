@@ -92,6 +92,25 @@ fn a_limit_carries_the_centripetal_force() {
     assert!(force > 1.0);
 }
 
+/// The scale under a crate, and a gyro in it.
+#[test]
+fn sensors_are_columns_too() {
+    let text = format!(
+        r#"<mujoco><worldbody>{GROUND}<body name="crate" pos="0 0 .249"><freejoint/><geom name="crate" type="box" size=".25 .25 .25" mass="8"/>
+        <site name="sole" pos="0 0 -.25" size=".5"/></body></worldbody>
+        <sensor><touch name="scale" site="sole"/><gyro name="gyro" site="sole"/></sensor></mujoco>"#
+    );
+    let path = file("scale.xml", &text);
+    let rows = columns(&path, &["--every", "1500"], &["scale", "gyro.z", "ground–crate.fn"]);
+    let [scale, turn, normal] = rows.last().expect("rows")[..] else { panic!() };
+    near(scale, 78.48, 1e-6);
+    near(normal, scale, 1e-12);
+    assert!(turn.abs() < 1e-9);
+    let json = penny(&[&path.display().to_string(), "--steps", "1", "--json", "-", "--show", "sensors"]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).expect("JSON");
+    assert_eq!(json["units"], serde_json::json!(["N", "rad/s", "rad/s", "rad/s"]));
+}
+
 #[derive(Deserialize)]
 struct Golden {
     name: String,

@@ -384,6 +384,7 @@ fn compare_measures_the_difference_from_mujoco() {
     let text = says(&["compare", "models/disk.xml", "--qvel", "2 0 0 0 10 0", "--steps", "1000"], 0);
     assert_has(&text, &["Why", "penalty: friction:", "disk", "mujoco: no difference", "tutorial has its own law"]);
     assert_has(&text, &["tolerance 1e-8: solver tolerance"]);
+    assert_has(&text, &["Does the difference matter", "mujoco: no: it is below 1e-6", "tutorial: yes: "]);
     let text = says(&["compare", "models/box.xml", "--integrator", "explicit-euler", "--steps", "10"], 0);
     assert_has(&text, &["integrator: MuJoCo has no explicit-euler and runs Euler"]);
     let text = std::fs::read_to_string(crate::file("models/point_mass.xml")).expect("the model");

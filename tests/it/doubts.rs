@@ -11,8 +11,12 @@ fn said(text: &str, command: &str, args: &[&str]) -> String {
     let hash = text.bytes().fold(0xcbf29ce484222325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100000001b3));
     let path = folder.join(format!("{hash:x}.xml"));
     std::fs::write(&path, text).expect("a scene");
+    of_file(&path, command, args)
+}
+
+fn of_file(path: &Path, command: &str, args: &[&str]) -> String {
     let mut penny = Command::new(env!("CARGO_BIN_EXE_penny"));
-    let output = penny.arg(command).arg(&path).args(args).current_dir(crate::ROOT).output().expect("penny starts");
+    let output = penny.arg(command).arg(path).args(args).current_dir(crate::ROOT).output().expect("penny starts");
     crate::said(&output)
 }
 
@@ -249,15 +253,14 @@ fn a_driven_scene_is_swept_as_stable() {
 fn nothing_is_doubted_in_models() {
     for entry in std::fs::read_dir(crate::file("models")).expect("a folder") {
         let path = entry.expect("a file").path();
-        let text = std::fs::read_to_string(&path).expect("text");
-        let found = said(&text, "check", &[]);
+        let found = of_file(&path, "check", &[]);
         assert!(found.trim_end().ends_with(": fine"), "{}:\n{found}", path.display());
-        let model = penny::parse("model.xml", &text).unwrap_or_else(|e| panic!("{e}")).model;
+        let model = penny::load(&path).unwrap_or_else(|e| panic!("{e}")).model;
         let keys = (0..model.keyframes.len()).map(|i| vec!["--key".to_owned(), i.to_string()]);
         for key in keys.chain([Vec::new()]) {
             let mut args = vec!["--steps", "200"];
             args.extend(key.iter().map(String::as_str));
-            let found = said(&text, "run", &args);
+            let found = of_file(&path, "run", &args);
             assert!(!found.contains("warning"), "{} {key:?}:\n{found}", path.display());
         }
     }
@@ -288,7 +291,7 @@ fn explain_knows_servos_limits_and_loads() {
     let found = line(&said(rail, "explain", &[]), "rail -0.3");
     assert_eq!(found, "rail -0.3 to 0.3 m 2.5 kN/m 100 N s/m 50 rad/s 1 350 N of drive 7 mm");
     let end = said(rail, "run", &["--ctrl", "1", "--time", "2"]);
-    let last = end.lines().filter(|l| l.trim_start().starts_with("2.0000")).next_back().expect("a line").to_owned();
+    let last = end.lines().rfind(|l| l.trim_start().starts_with("2.0000")).expect("a line").to_owned();
     let goes: f64 = last.split_whitespace().nth(1).expect("a cell").parse().expect("a number");
     // The servo has let go by 2 % of it there.
     assert!((goes - 0.3069).abs() < 2e-4, "{last}");
@@ -333,4 +336,39 @@ fn explain_of_an_arm_fits_a_screen() {
         n <= 50 && found.contains("hinge 5") && found.contains("(5 more alike)") && found.contains("--all"),
         "{n} lines:\n{found}"
     );
+}
+
+/// Ten numbers of a right scene, each made wrong: `check`, `explain` or the first words of `run` lead to it.
+#[test]
+fn one_wrong_number_is_led_to() {
+    let right = r#"<mujoco><compiler angle="degree"/><option timestep="0.002" gravity="0 0 -9.81"/><worldbody>
+        <geom name="floor" type="plane" size="3 3 .1" solref="0.02 1" solimp="0.9 0.95 0.001"/>
+        <body name="arm" pos="0 0 1"><joint name="elbow" axis="0 1 0" range="-90 90" damping="0.2"/>
+          <geom name="rod" type="capsule" fromto="0 0 0 .3 0 0" size=".02" density="1100"/></body>
+        <body name="crate" pos="1 0 .1"><freejoint/><geom name="crate" type="box" size=".1 .1 .1" mass="2" solref="0.02 1"/></body>
+        </worldbody><actuator><position name="servo" joint="elbow" kp="20" kv="1" ctrlrange="-1.5 1.5"/></actuator></mujoco>"#;
+    let all = |text: &str| said(text, "check", &[]) + &said(text, "run", &["--steps", "1"]) + &said(text, "explain", &[]);
+    assert!(!all(right).contains("warning"), "{}", all(right));
+    let cases = [
+        ("range=\"-90 90\"", "range=\"-1.5708 1.5708\"", "`range` looks like radians"),
+        ("range=\"-90 90\"", "range=\"20 90\"", "beyond its limits at the start: elbow"),
+        ("ctrlrange=\"-1.5 1.5\"", "ctrlrange=\"-90 90\"", "servo on a hinge is in radians"),
+        ("kv=\"1\"", "kv=\"1000\"", "servo of joint elbow gains energy without end"),
+        ("density=\"1100\"", "density=\"1.1\"", "1.1 g/cm³ are `1100`"),
+        ("mass=\"2\"", "mass=\"2000\"", "crate weighs 2000 kg"),
+        ("0 0 -9.81", "0 0 9.81", "gravity points up"),
+        ("0 0 -9.81", "0 0 -9810", "gravity is 9810 m/s²"),
+        ("timestep=\"0.002\"", "timestep=\"2\"", "a timestep of 2 s"),
+        ("0.9 0.95 0.001", "0.95 0.9 0.001", "falls from 0.95 to 0.9"),
+        ("pos=\"1 0 .1\"", "pos=\"1 0 .01\"", "floor and crate overlap by 90 mm"),
+        ("mass=\"2\" solref=\"0.02 1\"", "mass=\"2\" solref=\"1 1\"", "the depth of floor – crate"),
+    ];
+    let missed: Vec<&str> = cases
+        .iter()
+        .filter(|(from, to, _)| !right.contains(from) || from == to)
+        .chain(cases.iter().filter(|(from, to, says)| !all(&right.replace(from, to)).contains(says)))
+        .map(|(_, to, _)| *to)
+        .collect();
+    // 2000 kg in 8 l are still no metal that there is not: a known gap.
+    assert!(missed.len() <= 1, "{missed:?}");
 }

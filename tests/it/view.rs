@@ -452,3 +452,25 @@ fn every_level_opens_from_its_own_file() {
         assert_eq!((LEVELS[game.level].name, game.played()), (level, 0), "{file}");
     }
 }
+
+/// A session carries its scene: it can be drawn in a folder where the file never was; a changed text is not taken for it.
+#[test]
+fn a_session_carries_its_scene() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("carried");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let opened = open::open_text("elsewhere/ball.xml", BALL).expect("a scene");
+    let mut session = open::session(opened.model, Path::new("elsewhere/ball.xml"), opened.hash, 0).expect("a session");
+    session.source.text = opened.text;
+    (0..20).for_each(|_| session.step().expect("a step"));
+    let log = session.log();
+    let render = |log: &Log| {
+        std::fs::write(folder.join("run.json"), log.to_json()).expect("a file");
+        let mut penny = std::process::Command::new(env!("CARGO_BIN_EXE_penny"));
+        let args = ["render", "run.json", "-o", "run.png", "--size", "64x48"];
+        penny.args(args).current_dir(&folder).output().expect("penny starts")
+    };
+    let output = render(&log);
+    assert!(output.status.success() && folder.join("run.png").exists(), "{}", crate::said(&output));
+    let changed = Log { scene_text: log.scene_text.map(|text| text.replace("0.41", "4.1")), ..log };
+    assert!(!render(&changed).status.success());
+}

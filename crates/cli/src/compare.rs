@@ -145,6 +145,11 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     line(format!("MuJoCo, tolerance {:e}", model.opt.tolerance), &hasty, [theirs_pace; 2]);
     print!("{}", table(&rows));
     println!("  (a difference counts above {DIFFERENT:e} m or rad; speed: medians, in turns with MuJoCo)");
+    println!("\nDoes the difference matter");
+    for (law, rollout) in laws.iter().zip(&ours) {
+        let method = Method { contact: law, ..method };
+        println!("  {}: {}", law.name, verdict(&model, &method, &start, rollout, &theirs, &kicked));
+    }
     println!("\nWhy");
     for (law, rollout) in laws.iter().zip(&ours) {
         let method = Method { contact: law, ..method };
@@ -185,6 +190,63 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
         [] => Ok(()),
         _ => Err(Failure::Problem(format!("error: the run diverged under {}", diverged.join(", ")))),
     }
+}
+
+/// Whether a law's difference from MuJoCo matters: beside what halving the timestep changes, and beside how far MuJoCo is
+/// from itself after an invisible kick.
+fn verdict(
+    model: &Model,
+    method: &Method,
+    start: &State,
+    ours: &Rollout,
+    theirs: &[Vec<f64>],
+    kicked: &[Vec<f64>],
+) -> String {
+    let (most, apart) = largest_difference(&ours.rows, theirs);
+    let steps = ours.rows.len() - 1;
+    if ours.rows.len() < theirs.len() {
+        return format!("yes: it diverges after {}", si(steps as f64 * method.timestep, "s"));
+    }
+    if apart <= DIFFERENT {
+        return format!("no: it is below {DIFFERENT:e} in all coordinates");
+    }
+    let unit = coordinates(model).get(most).map_or("", |c| c.unit);
+    let told = |x: f64| if unit == "1" { short(x) } else { si(x, unit) };
+    let place = coordinate_name(model, most);
+    let (_, itself) = largest_difference(kicked, theirs);
+    if itself > 0.3 * apart {
+        return format!(
+            "no: the motion is chaotic; MuJoCo, kicked by {KICK:e}, ends {} from itself, and this law {} from it",
+            told(itself),
+            told(apart)
+        );
+    }
+    let half = Method { timestep: 0.5 * method.timestep, ..*method };
+    let finer: Vec<Vec<f64>> = rows(model, &half, start, 2 * steps).into_iter().step_by(2).collect();
+    let (_, own) = largest_difference(&ours.rows, &finer);
+    let way =
+        ours.rows.iter().map(|q| q[most]).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    let share = apart / (way.1 - way.0).max(f64::MIN_POSITIVE);
+    if finer.len() == ours.rows.len() && own >= 0.5 * apart {
+        return format!(
+            "no: {} in {place}, and halving the timestep changes this law's own run by {}",
+            told(apart),
+            told(own)
+        );
+    }
+    let way = if share < 1e3 { format!(", {} % of what it moves", short(100.0 * share)) } else { String::new() };
+    if share < 0.01 {
+        return format!(
+            "little: {} in {place}{way}; halving the timestep changes this law's run by {}",
+            told(apart),
+            told(own)
+        );
+    }
+    format!(
+        "yes: {} in {place}{way}, while halving the timestep changes this law's run by only {}: the laws differ",
+        told(apart),
+        told(own)
+    )
 }
 
 /// What is known of why a run has left MuJoCo's.

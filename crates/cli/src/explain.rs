@@ -422,8 +422,8 @@ fn never_rests(model: &Model, method: &Method, touch: &Touch) -> Option<String> 
     let cone =
         if pyramid && own == describe::soft(&ask).springs { ", or cone=\"elliptic\", which rests deeper" } else { "" };
     Some(format!(
-        "  {}: {} for rest is little beside the fall g h² = {} of one step: what leaves the ground once hops for ever, \
-         from {} off to {} into it. {help}{cone}\n",
+        "  {}: {} for rest is little beside the fall g h² = {} of one step: a body that has left the ground once does not come to rest, \
+         but hops from {} off to {} into it. {help}{cone}\n",
         method.contact.name,
         si(rest, "m"),
         si(fall, "m"),

@@ -48,12 +48,19 @@ pub fn opened(path: &Path, limits: &Limits) -> Result<Opened, Failure> {
     Ok(opened)
 }
 
-/// A recorded session before its first step, and what drives it. A scene outside the session's folder is taken if it
+/// A recorded session before its first step, and what drives it. It carries its scene, unless that includes others. A scene outside the session's folder is taken if it
 /// is the very file that the session was recorded with; of another one nothing is told.
 pub fn recorded(path: &Path, limits: &Limits) -> Result<(Session, Player, Vec<PathBuf>), Failure> {
     let log = read_log(path)?;
     let scene = beside(&log.scene, path);
-    let opened = if limits.outside || files::inside(&scene, path) {
+    // Where the file is not, or is another one by now: the scene that the session carries.
+    let elsewhere = || open::open_within(&scene, limits).map_or(true, |opened| opened.hash != log.scene_hash);
+    let carried = log.carried().filter(|_| elsewhere());
+    let opened = if let Some(text) = carried {
+        let mut opened = open::open_text(&log.scene, text).map_err(Failure::Problem)?;
+        opened.files.clear();
+        opened
+    } else if limits.outside || files::inside(&scene, path) {
         opened(&scene, limits)?
     } else {
         let same = open::open_within(&scene, limits).ok().filter(|opened| opened.hash == log.scene_hash);
@@ -108,7 +115,8 @@ pub fn play(args: &Args) -> Result<(), Failure> {
             let opened = opened(&path, &limits)?;
             apart(&opened.files)?;
             let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
-            let source = Source { path: path.display().to_string(), hash: opened.hash, seed: args.seed };
+            let source =
+                Source { path: path.display().to_string(), hash: opened.hash, seed: args.seed, text: opened.text };
             let session = Session::new(opened.model, method, state, source);
             (path, opened.files, Stage::new(session, args.seed, chosen, true))
         }

@@ -139,7 +139,7 @@ fn session(args: &Args) -> Result<(Session, Option<Player>, Vec<PathBuf>), Failu
     }
     let opened = opened(&args.input, &args.limits.limits())?;
     let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
-    let source = Source { path: args.input.display().to_string(), hash: opened.hash, seed: 0 };
+    let source = Source { path: args.input.display().to_string(), hash: opened.hash, seed: 0, text: opened.text };
     Ok((Session::new(opened.model, method, state, source), None, opened.files))
 }
 

@@ -47,7 +47,7 @@ pub struct Args {
     #[command(flatten)]
     overrides: OverrideArgs,
     /// What to show: names (`crate.z`, `hinge`, `ground-crate.fn`) or groups (position, velocity, rotation, joints, forces,
-    /// contacts, actuators, energy, all), with commas between them. It chooses the table's columns and what --plot draws, and
+    /// contacts, actuators, sensors, energy, all), with commas between them. It chooses the table's columns and what --plot draws, and
     /// adds columns of these names to --csv and --json
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     show: Vec<String>,

@@ -15,6 +15,9 @@ pub struct Log {
     pub scene: String,
     /// FNV-1a of the scene file's bytes, in hexadecimal: a replay of another scene is refused.
     pub scene_hash: String,
+    /// The scene itself, so that the session can be played where the file is not; none of a scene that includes others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_text: Option<String>,
     /// Seed of the game's pass.
     pub seed: u64,
     /// How the first step was computed.
@@ -97,6 +100,12 @@ impl Log {
             return Err("this session is damaged: its inputs are not in the order of their steps".to_owned());
         }
         Ok(log)
+    }
+
+    /// The scene that it carries, if that is what it was recorded with.
+    pub fn carried(&self) -> Option<&str> {
+        let text = self.scene_text.as_deref()?;
+        (hash(text.as_bytes()) == self.scene_hash && !text.contains("<include")).then_some(text)
     }
 
     /// Simulated time that all steps together cover, s.

@@ -16,6 +16,8 @@ pub struct Source {
     pub path: String,
     pub hash: String,
     pub seed: u64,
+    /// The file's text, if it includes no others: a recorded session carries it.
+    pub text: Option<String>,
 }
 
 pub struct Session {
@@ -96,7 +98,8 @@ impl Session {
             timestep: positive(log.timestep)?,
             rounds: log.rounds.max(1),
         };
-        let source = Source { path: log.scene.clone(), hash: hash.to_owned(), seed: log.seed };
+        let source =
+            Source { path: log.scene.clone(), hash: hash.to_owned(), seed: log.seed, text: log.scene_text.clone() };
         Ok(Session::new(model, method, state, source))
     }
 
@@ -106,6 +109,7 @@ impl Session {
             penny_run: VERSION,
             scene: self.source.path.clone(),
             scene_hash: self.source.hash.clone(),
+            scene_text: self.source.text.clone(),
             seed: self.source.seed,
             contact: self.begin_method.contact.name.to_owned(),
             integrator: self.begin_method.integrator.name.to_owned(),

@@ -25,6 +25,7 @@ use penny::dynamics::{self, energy};
 use penny::forward::{Method, forward};
 use penny::math::Vec3;
 use penny::model::{JointKind, Model};
+use penny::sensors;
 use penny::state::State;
 
 /// What there is to know about a state, besides the state.
@@ -92,9 +93,10 @@ impl Recorder {
         quantities.iter().map(|q| q.value(model, state, &self.data, sample)).collect()
     }
 
-    /// Finds the forces of the law of `method` at the state.
+    /// Finds the forces of the law of `method` at the state, and what sensors measure there.
     pub fn forces(&mut self, model: &Model, method: &Method, state: &State) {
         forward(model, method, state, &mut self.data);
+        sensors::sense(model, method.contact, state, &mut self.data);
     }
 
     /// What is known of the state that was measured last; forces after [`forces`](Recorder::forces).

@@ -11,6 +11,7 @@
 //! | `ACTUATOR.ctrl`, `.force` | control as it counts (within `ctrlrange`), force before the gear | 1, N or N m |
 //! | `A–B.fn`, `A–B.ft` | normal force and size of the sliding friction, summed over the contacts of A and B | N |
 //! | `A–B.1.fn`, `A–B.1.ft` | of the first contact of A and B; and so on | N |
+//! | `SENSOR`, or `SENSOR.x`, `.y`, `.z` | what the scene's sensors measure | the sensor's |
 //! | `energy`, `kinetic`, `potential` | of all that moves | J |
 //!
 //! A and B are moving bodies, or geoms of what never moves. Contact forces are those that the law gives at the very state.
@@ -22,8 +23,9 @@ use crate::names;
 use penny::collision::MAX_HITS;
 use penny::data::{Contact, Data, JointRowKind};
 use penny::dynamics;
+use penny::kind::SensorKind;
 use penny::math::{Vec3, Vec6};
-use penny::model::{GeomKind, JointKind, Model};
+use penny::model::{GeomKind, JointKind, Model, Object, Sensor};
 use penny::state::State;
 
 /// One number of a state, with its name and unit.
@@ -47,11 +49,12 @@ pub enum Group {
     /// Contact by contact.
     Contacts,
     Actuators,
+    Sensors,
     Energy,
 }
 
 /// The groups by the words that `--show` takes.
-pub const GROUPS: [(&str, Group); 8] = [
+pub const GROUPS: [(&str, Group); 9] = [
     ("position", Group::Position),
     ("velocity", Group::Velocity),
     ("rotation", Group::Rotation),
@@ -59,6 +62,7 @@ pub const GROUPS: [(&str, Group); 8] = [
     ("forces", Group::Forces),
     ("contacts", Group::Contacts),
     ("actuators", Group::Actuators),
+    ("sensors", Group::Sensors),
     ("energy", Group::Energy),
 ];
 
@@ -79,6 +83,8 @@ enum Source {
     /// Of all contacts of two sides, or of one of them.
     Normal([Side; 2], Option<usize>),
     Friction([Side; 2], Option<usize>),
+    /// Index into `sensordata`.
+    Sensor(usize),
     Energy,
     Kinetic,
     Potential,
@@ -140,6 +146,7 @@ impl Quantity {
             Source::Force(i) => data.actuator_force[i],
             Source::Normal(pair, which) => of_pair(model, data, pair, which).map(|c| c.force[0]).sum(),
             Source::Friction(pair, which) => friction(of_pair(model, data, pair, which)),
+            Source::Sensor(i) => data.sensordata[i],
             Source::Energy => sample.energy,
             Source::Kinetic => sample.kinetic,
             Source::Potential => sample.energy - sample.kinetic,
@@ -251,10 +258,65 @@ pub fn quantities(model: &Model) -> Vec<Quantity> {
         add(format!("{name}.ctrl"), "", Group::Actuators, Source::Ctrl(i));
         add(format!("{name}.force"), unit, Group::Actuators, Source::Force(i));
     }
+    for (i, sensor) in model.sensors.iter().enumerate() {
+        let name = if sensor.name.is_empty() { format!("{} {i}", sensor.kind.name()) } else { sensor.name.clone() };
+        let parts: &[&str] = match sensor.kind.dim() {
+            1 => &[""],
+            3 => &[".x", ".y", ".z"],
+            _ => &[".qw", ".qx", ".qy", ".qz"],
+        };
+        for (k, part) in parts.iter().enumerate() {
+            add(format!("{name}{part}"), unit(model, sensor), Group::Sensors, Source::Sensor(sensor.adr + k));
+        }
+    }
     add("energy".to_owned(), "J", Group::Energy, Source::Energy);
     add("kinetic".to_owned(), "J", Group::Energy, Source::Kinetic);
     add("potential".to_owned(), "J", Group::Energy, Source::Potential);
     list
+}
+
+/// Of a sensor's numbers.
+fn unit(model: &Model, sensor: &Sensor) -> &'static str {
+    use SensorKind::*;
+    let hinge = match sensor.object {
+        Object::Joint(j) => model.joints[j].kind == JointKind::Hinge,
+        Object::Actuator(a) => model.joints[model.actuators[a].joint].kind == JointKind::Hinge,
+        _ => false,
+    };
+    match sensor.kind {
+        Touch | Force => "N",
+        Torque => "N m",
+        Accelerometer | FrameLinAcc => "m/s²",
+        Velocimeter | FrameLinVel | SubtreeLinVel => "m/s",
+        Gyro | FrameAngVel | BallAngVel => "rad/s",
+        FrameAngAcc => "rad/s²",
+        RangeFinder | FramePos | SubtreeCom => "m",
+        SubtreeAngMom => "kg m²/s",
+        JointPos | ActuatorPos | JointLimitPos => {
+            if hinge {
+                "rad"
+            } else {
+                "m"
+            }
+        }
+        JointVel | ActuatorVel | JointLimitVel => {
+            if hinge {
+                "rad/s"
+            } else {
+                "m/s"
+            }
+        }
+        JointActuatorForce | ActuatorForce | JointLimitForce => {
+            if hinge {
+                "N m"
+            } else {
+                "N"
+            }
+        }
+        PotentialEnergy | KineticEnergy => "J",
+        Clock => "s",
+        Magnetometer | BallQuat | FrameQuat | FrameXAxis | FrameYAxis | FrameZAxis | InsideSite => "",
+    }
 }
 
 /// The pairs of sides that can touch and are known in advance, in order of their first contact, and the most contacts that
