@@ -10,7 +10,6 @@
 //! What the integrator itself adds or loses is left as drift, and with it the error of these sums: of second order.
 
 use penny::data::{Data, JointRowKind};
-use penny::dynamics::actuation;
 use penny::integrate::{Dampers, Integrator};
 use penny::math::{Vec3, Vec6};
 use penny::model::Model;
@@ -98,9 +97,13 @@ impl Balance {
     fn implicit_gains(&self, model: &Model, state: &State, data: &Data) -> f64 {
         let mut power = 0.0;
         for (i, actuator) in model.actuators.iter().enumerate() {
-            let gain = actuation::velocity_gain(actuator, data.actuator_force[i]);
-            let dofs = model.joints[actuator.joint].dofadr..;
-            let gears = || actuation::gear(model, actuator).iter().zip(dofs.clone());
+            let force = data.actuator_force[i];
+            // At the end of its force range an actuator has no gain.
+            if actuator.forcerange.is_some_and(|[low, high]| force <= low || force >= high) {
+                continue;
+            }
+            let (gain, joint) = (actuator.bias[2], &model.joints[actuator.joint]);
+            let gears = || actuator.gear.iter().take(joint.kind.nv()).zip(joint.dofadr..);
             let change: f64 = gears().map(|(g, d)| g * (state.qvel[d] - self.before[d])).sum();
             let mean: f64 = gears().map(|(g, d)| 0.5 * g * (state.qvel[d] + self.before[d])).sum();
             power += gain * change * mean;
