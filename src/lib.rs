@@ -3,6 +3,7 @@
 //!     MJCF text ─ mjcf → Document (spans) → Spec (typed, defaults merged) ─ compile → Model (SI, immutable)
 //!     step(&Model, &Method, &mut State, &mut Data):  detect → smooth dynamics → contact law → integrate
 
+pub mod batch;
 pub mod collision;
 pub mod compile;
 pub mod contact;
@@ -27,6 +28,7 @@ use std::path::Path;
 
 use mjcf::{Document, Loaded, Problem};
 
+pub use batch::Batch;
 pub use mjcf::Failure;
 pub use simulation::Simulation;
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::compile::Invalid;
 use crate::contact;
@@ -29,7 +30,7 @@ use crate::state::{State, WrongState};
 /// brings them up to date.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    model: Model,
+    model: Arc<Model>,
     method: Method,
     state: State,
     data: Data,
@@ -57,7 +58,7 @@ impl Simulation {
     /// A compiled scene under a method, at rest in `qpos0`.
     pub fn new(model: Model, method: Method) -> Simulation {
         let (state, data) = (State::new(&model), Data::new(&model));
-        let mut sim = Simulation { model, method, state, data };
+        let mut sim = Simulation { model: Arc::new(model), method, state, data };
         sim.forward();
         sim
     }
@@ -235,7 +236,7 @@ impl Simulation {
     ///
     /// Errors: [`Invalid`]; the model is then as it was.
     pub fn edit(&mut self, change: impl FnOnce(&mut Parts)) -> Result<(), Invalid> {
-        self.model.edit(change)
+        Arc::make_mut(&mut self.model).edit(change)
     }
 
     /// Sets the control of an actuator; the unit is what the actuator makes of it (N, rad, m …).

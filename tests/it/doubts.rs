@@ -347,7 +347,8 @@ fn one_wrong_number_is_led_to() {
           <geom name="rod" type="capsule" fromto="0 0 0 .3 0 0" size=".02" density="1100"/></body>
         <body name="crate" pos="1 0 .1"><freejoint/><geom name="crate" type="box" size=".1 .1 .1" mass="2" solref="0.02 1"/></body>
         </worldbody><actuator><position name="servo" joint="elbow" kp="20" kv="1" ctrlrange="-1.5 1.5"/></actuator></mujoco>"#;
-    let all = |text: &str| said(text, "check", &[]) + &said(text, "run", &["--steps", "1"]) + &said(text, "explain", &[]);
+    let all =
+        |text: &str| said(text, "check", &[]) + &said(text, "run", &["--steps", "1"]) + &said(text, "explain", &[]);
     assert!(!all(right).contains("warning"), "{}", all(right));
     let cases = [
         ("range=\"-90 90\"", "range=\"-1.5708 1.5708\"", "`range` looks like radians"),

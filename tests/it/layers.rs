@@ -32,6 +32,7 @@ const LAYERS: &[&str] = &[
     "compile",
     "lib",
     "simulation",
+    "batch",
 ];
 
 /// The layer of a path such as `contact/mujoco/rows` or `math/Vec3`.

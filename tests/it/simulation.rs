@@ -8,7 +8,7 @@ use penny::model::Parts;
 use penny::simulation::Change;
 use penny::snapshot::Damaged;
 use penny::state::State;
-use penny::{Simulation, contact, integrate};
+use penny::{Batch, Simulation, contact, integrate};
 use serde_json::Value;
 
 const SCENE: &str = include_str!("../client/scene.xml");
@@ -236,6 +236,46 @@ fn sensors_and_sites_are_read_by_name() {
     }
     assert!(sim.model().sites.iter().all(|s| s.name.is_empty() || sim.site(s.name.as_str()).is_ok()));
     assert!(sim.sensor("no such").is_err() && sim.site(99).is_err());
+}
+
+/// A world in a batch has the bits that it has alone, on any number of threads, with a model of its own or without.
+#[test]
+fn a_world_in_a_batch_is_a_world_alone() {
+    let vary = |i: usize, world: &mut Simulation| {
+        world.state_mut().qvel[0] = 0.1 * i as f64;
+        if i % 3 == 1 {
+            world.set_friction("crate", [0.1 * i as f64, 0.005, 0.0001]).expect("friction");
+        }
+        if i == 5 {
+            world.state_mut().qvel[1] = 1e12;
+        }
+    };
+    for law in contact::ALL {
+        let sim = simulation(law.name);
+        let mut alone: Vec<Simulation> = vec![sim.clone(); 8];
+        let ends: Vec<_> = alone
+            .iter_mut()
+            .enumerate()
+            .map(|(i, world)| {
+                vary(i, world);
+                (world.step_n(100).err(), world.save())
+            })
+            .collect();
+        for threads in [1, 2, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let mut batch = Batch::new(&sim, 8);
+            batch.worlds_mut().iter_mut().enumerate().for_each(|(i, world)| vary(i, world));
+            let failed = pool.install(|| {
+                batch.step_n(60);
+                batch.step_n(40)
+            });
+            assert_eq!(failed, 1, "the fifth");
+            for (i, (failure, state)) in ends.iter().enumerate() {
+                assert_eq!(batch.failure(i), failure.as_ref(), "{} {i}", law.name);
+                assert_eq!(batch.worlds()[i].save(), *state, "{} {i} on {threads} threads", law.name);
+            }
+        }
+    }
 }
 
 /// An error of any kind can be handed on with `?`.
