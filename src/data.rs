@@ -46,6 +46,16 @@ pub struct Data {
     pub qfrc_passive: Vec<f64>,
     /// Actuators (nv).
     pub qfrc_actuator: Vec<f64>,
+    /// Compensation of gravity (nv).
+    pub qfrc_gravcomp: Vec<f64>,
+    /// What changes an actuator's force: its control or activation.
+    pub actuator_input: Vec<f64>,
+    /// Rates of the activations (na), 1/s.
+    pub act_dot: Vec<f64>,
+    /// ∂length/∂q of actuators that do not act on a joint's axes, rows of nv at `plan.moments`.
+    pub moments: Vec<f64>,
+    /// That of the method, s.
+    pub timestep: f64,
     /// The force of each actuator before its gear, N or N m.
     pub actuator_force: Vec<f64>,
     /// All forces but those of constraints: passive + actuator + applied − bias (nv). Free trees have none here,
@@ -277,18 +287,23 @@ pub struct Stages {
     pub vel: Vec<f64>,
     /// Weighted sum of accelerations (nv).
     pub acc: Vec<f64>,
+    /// Activations at the start of the step, and the weighted sum of their rates (na).
+    pub act: Vec<f64>,
+    pub act_dot: Vec<f64>,
     /// Factor of an implicit update's matrix, layout of `qld`.
     pub qh: Vec<f64>,
 }
 
 impl Stages {
-    fn new(nq: usize, nv: usize, size: usize) -> Stages {
+    fn new(nq: usize, nv: usize, na: usize, size: usize) -> Stages {
         Stages {
             qpos: vec![0.0; nq],
             qvel: vec![0.0; nv],
             rate: vec![0.0; nv],
             vel: vec![0.0; nv],
             acc: vec![0.0; nv],
+            act: vec![0.0; na],
+            act_dot: vec![0.0; na],
             qh: vec![0.0; size],
         }
     }
@@ -309,6 +324,7 @@ impl Data {
         let zeros = vec![0.0; model.nv];
         let plan = Plan::new(model);
         let entries = plan.pattern.size();
+        let moments = vec![0.0; model.nv * plan.moments.iter().flatten().count()];
         Data {
             plan,
             revision: model.revision(),
@@ -323,6 +339,11 @@ impl Data {
             qfrc_bias: zeros.clone(),
             qfrc_passive: zeros.clone(),
             qfrc_actuator: zeros.clone(),
+            qfrc_gravcomp: zeros.clone(),
+            actuator_input: vec![0.0; model.actuators.len()],
+            act_dot: vec![0.0; model.na],
+            moments,
+            timestep: model.opt.timestep,
             actuator_force: vec![0.0; model.actuators.len()],
             qfrc_smooth: zeros.clone(),
             qacc_smooth: zeros.clone(),
@@ -337,7 +358,7 @@ impl Data {
             cinert: vec![Inertia::default(); n],
             crb: vec![Inertia::default(); n],
             planar: plane::Scratch::new(model),
-            stages: Stages::new(model.nq, model.nv, entries),
+            stages: Stages::new(model.nq, model.nv, model.na, entries),
             contacts: Vec::new(),
             detect: Scratch::default(),
             joint_rows: Vec::new(),

@@ -110,6 +110,8 @@ pub fn begin(model: &Model, method: &Method, state: &mut State, data: &mut Data)
 pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
     data.follow(model);
     data.counts.forwards += 1;
+    data.timestep = method.timestep;
+    dynamics::mocap(model, state, data);
     dynamics::kinematics(model, &state.qpos, data);
     collision::detect(model, data);
     dynamics::smooth(model, state, data);

@@ -81,8 +81,27 @@ pub enum ActuatorKind {
     Position,
     /// `<velocity>`
     Velocity,
+    /// `<intvelocity>`
+    IntVelocity,
+    /// `<damper>`
+    Damper,
+    /// `<cylinder>`
+    Cylinder,
     /// `<general>`
     General,
+}
+
+/// How an actuator's activation follows its control; times in s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Activation {
+    /// It has none.
+    None,
+    /// Its rate is the control.
+    Integrator,
+    /// A first-order filter of this time constant.
+    Filter(f64),
+    /// The same, exact over a step of constant control.
+    ExactFilter(f64),
 }
 
 /// The friction cones of the `mujoco` law.

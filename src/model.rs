@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::math::{Mat3, Quat, Vec3};
 
-pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind, SensorKind};
+pub use crate::kind::{Activation, ActuatorKind, Cone, GeomKind, JointKind, SensorKind};
 
 /// A compiled scene.
 ///
@@ -78,6 +78,10 @@ pub struct Parts {
     pub actuators: Vec<Actuator>,
     /// In the order of the file.
     pub sensors: Vec<Sensor>,
+    /// Number of activations.
+    pub na: usize,
+    /// Bodies that are placed from outside: see [`State`](crate::state::State).
+    pub mocap: Vec<usize>,
     /// How many numbers the sensors give.
     pub nsensordata: usize,
     /// The moving parts of the scene; what is in no tree never moves.
@@ -205,6 +209,8 @@ pub struct Body {
     pub tree: Option<usize>,
     /// Mean inverse mass (1/kg) and mean inverse inertia (1/(kg m²)) seen at the COM in `qpos0`.
     pub invweight0: [f64; 2],
+    /// Share of its weight that is compensated.
+    pub gravcomp: f64,
 }
 
 /// A joint: how a body moves relative to its parent.
@@ -232,6 +238,10 @@ pub struct Joint {
     pub range: Option<[f64; 2]>,
     /// Distance from a limit at which it begins to push, m or rad.
     pub margin: f64,
+    /// Bounds of what all actuators together exert along a slide or hinge, N or N m.
+    pub actfrcrange: Option<[f64; 2]>,
+    /// Compensation of gravity is exerted by the actuators, within `actfrcrange`.
+    pub actgravcomp: bool,
     /// `solref` of its limits.
     pub solref_limit: [f64; 2],
     /// `solimp` of its limits.
@@ -465,25 +475,74 @@ pub struct Mix {
     pub gap: f64,
 }
 
-/// A force on one joint: force = gain · ctrl + bias · (1, length, velocity), times gear.
+/// A force along a transmission: see [`crate::dynamics::actuation`].
 #[derive(Clone, Debug)]
 pub struct Actuator {
     /// As in the file; empty if it has none.
     pub name: String,
     /// How it was written.
     pub kind: ActuatorKind,
-    /// Index of the joint.
-    pub joint: usize,
-    /// Ratio of the joint's force to its own; the first counts for slides and hinges.
+    /// What it acts on.
+    pub transmission: Transmission,
+    /// Ratio of the force along the transmission to its own; the first counts for slides and hinges.
     pub gear: [f64; 6],
     /// Bounds of the control.
     pub ctrlrange: Option<[f64; 2]>,
     /// Bounds of its force, N or N m.
     pub forcerange: Option<[f64; 2]>,
-    /// Force a unit of control.
-    pub gain: f64,
-    /// Force: constant, a unit of length, a unit of velocity.
+    /// How its activation follows its control.
+    pub activation: Activation,
+    /// Where in `act` its activation is, if it has one.
+    pub act: Option<usize>,
+    /// Bounds of the activation.
+    pub actrange: Option<[f64; 2]>,
+    /// The force is that of the next activation.
+    pub actearly: bool,
+    /// Force a unit of input, times (1, length, velocity).
+    pub gain: [f64; 3],
+    /// Force without input, times (1, length, velocity).
     pub bias: [f64; 3],
+}
+
+/// What an actuator acts on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transmission {
+    /// The axes of a joint.
+    Joint(usize),
+    /// A ball or free joint, turned about axes of its parent.
+    JointInParent(usize),
+    /// A wrench at a site, in its axes or in those of a reference.
+    Site {
+        /// Where it acts.
+        site: usize,
+        /// In whose axes, and against what.
+        reference: Option<usize>,
+    },
+}
+
+impl Transmission {
+    /// The joint along whose axes it acts.
+    pub fn joint(self) -> Option<usize> {
+        match self {
+            Transmission::Joint(j) | Transmission::JointInParent(j) => Some(j),
+            Transmission::Site { .. } => None,
+        }
+    }
+
+    /// The bodies on which it acts.
+    pub fn bodies(self, joints: &[Joint], sites: &[Site]) -> [Option<usize>; 2] {
+        match self {
+            Transmission::Joint(j) | Transmission::JointInParent(j) => [Some(joints[j].body), None],
+            Transmission::Site { site, reference } => [Some(sites[site].body), reference.map(|r| sites[r].body)],
+        }
+    }
+}
+
+impl Actuator {
+    /// Whether its force does.
+    pub fn depends_on_velocity(&self) -> bool {
+        self.bias[2] != 0.0 || self.gain[2] != 0.0
+    }
 }
 
 /// A state in the file, to start from.
@@ -499,6 +558,9 @@ pub struct Keyframe {
     pub qvel: Vec<f64>,
     /// (number of actuators)
     pub ctrl: Vec<f64>,
+    pub act: Vec<f64>,
+    pub mocap_pos: Vec<[f64; 3]>,
+    pub mocap_quat: Vec<[f64; 4]>,
 }
 
 /// `<custom>` numerics `penny.k` and so on; `None` where the scene gives none.

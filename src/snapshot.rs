@@ -2,9 +2,10 @@
 //!
 //! | bytes | what |
 //! |---|---|
-//! | 8 | `penny\0\0` and the version of the format, 1 |
+//! | 8 | `penny\0\0` and the version of the format, 2 |
 //! | 8 | time |
-//! | 8 + 8 n | each of qpos, qvel, ctrl, qacc_warmstart: its length n, and its numbers |
+//! | 8 + 8 n | each of qpos, qvel, ctrl, act, qacc_warmstart: its length n, and its numbers |
+//! | 8 + 8 n | each of mocap_pos, mocap_quat: how many numbers n, and the numbers |
 //! | 8 + 48 n | xfrc_applied: the number of bodies n (or 0), six numbers each |
 //! | 8 + 72 n | warm: the number of remembered forces n; what each belongs to (three whole numbers), six numbers |
 //!
@@ -16,7 +17,7 @@ use crate::data::JointRowKind;
 use crate::math::Vec6;
 use crate::state::{Key, State, Warm};
 
-const MAGIC: [u8; 8] = *b"penny\0\0\x01";
+const MAGIC: [u8; 8] = *b"penny\0\0\x02";
 
 /// The bytes are no saved state, or not all of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,14 +47,17 @@ const KINDS: [JointRowKind; 3] = [JointRowKind::DryFriction, JointRowKind::Lower
 impl State {
     /// All of it, to be kept or sent; see [`from_bytes`](State::from_bytes).
     pub fn to_bytes(&self) -> Vec<u8> {
-        let State { time, qpos, qvel, ctrl, xfrc_applied, qacc_warmstart, warm } = self;
+        let State { time, qpos, qvel, ctrl, act, mocap_pos, mocap_quat, xfrc_applied, qacc_warmstart, warm } = self;
         let mut bytes = MAGIC.to_vec();
         let mut whole = |n: u64, numbers: &[f64]| {
             bytes.extend(n.to_le_bytes());
             numbers.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
         };
         whole(time.to_bits(), &[]);
-        for list in [qpos, qvel, ctrl, qacc_warmstart] {
+        for list in [qpos, qvel, ctrl, act, qacc_warmstart] {
+            whole(list.len() as u64, list);
+        }
+        for list in [mocap_pos.as_flattened(), mocap_quat.as_flattened()] {
             whole(list.len() as u64, list);
         }
         whole(xfrc_applied.len() as u64, &[]);
@@ -84,7 +88,10 @@ impl State {
         }
         let mut words = Words(words);
         let time = words.number()?;
-        let [qpos, qvel, ctrl, qacc_warmstart] = [words.list()?, words.list()?, words.list()?, words.list()?];
+        let [qpos, qvel, ctrl, act] = [words.list()?, words.list()?, words.list()?, words.list()?];
+        let [qacc_warmstart, places, turns] = [words.list()?, words.list()?, words.list()?];
+        let (mocap_pos, []) = places.as_chunks() else { return Err(Damaged::Content) };
+        let (mocap_quat, []) = turns.as_chunks() else { return Err(Damaged::Content) };
         let xfrc_applied =
             (0..words.count(6)?).map(|_| Ok(Vec6::from(words.numbers()?))).collect::<Result<Vec<_>, Damaged>>()?;
         let warm = (0..words.count(9)?)
@@ -93,7 +100,8 @@ impl State {
         if !words.0.is_empty() {
             return Err(Damaged::Length);
         }
-        Ok(State { time, qpos, qvel, ctrl, xfrc_applied, qacc_warmstart, warm })
+        let (mocap_pos, mocap_quat) = (mocap_pos.to_vec(), mocap_quat.to_vec());
+        Ok(State { time, qpos, qvel, ctrl, act, mocap_pos, mocap_quat, xfrc_applied, qacc_warmstart, warm })
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::data::{Contact, Data, JointRow, JointRowKind};
-use crate::math::Vec6;
+use crate::math::{Vec6, wxyz};
 use crate::model::{Keyframe, Model};
 
 /// Time, positions, velocities, controls, applied forces, and what the solvers start from.
@@ -20,6 +20,15 @@ pub struct State {
     pub qvel: Vec<f64>,
     /// (number of actuators)
     pub ctrl: Vec<f64>,
+    /// Activations of actuators (na).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub act: Vec<f64>,
+    /// Places of the mocap bodies, in the order of [`Parts::mocap`](crate::model::Parts), m.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mocap_pos: Vec<[f64; 3]>,
+    /// Their orientations, w x y z.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mocap_quat: Vec<[f64; 4]>,
     /// Force (N) and torque (N m) on each body at its centre of mass, world axes (nbody); or empty: none.
     #[serde(with = "wrenches")]
     pub xfrc_applied: Vec<Vec6>,
@@ -86,6 +95,9 @@ impl State {
             qpos: model.qpos0.clone(),
             qvel: vec![0.0; model.nv],
             ctrl: vec![0.0; model.actuators.len()],
+            act: vec![0.0; model.na],
+            mocap_pos: model.mocap.iter().map(|&b| model.bodies[b].pos.into()).collect(),
+            mocap_quat: model.mocap.iter().map(|&b| wxyz(&model.bodies[b].quat)).collect(),
             xfrc_applied: Vec::new(),
             qacc_warmstart: vec![0.0; model.nv],
             warm: Vec::new(),
@@ -94,8 +106,8 @@ impl State {
 
     /// The state of a keyframe.
     pub fn at(model: &Model, key: &Keyframe) -> State {
-        let Keyframe { time, qpos, qvel, ctrl, .. } = key.clone();
-        State { time, qpos, qvel, ctrl, ..State::new(model) }
+        let Keyframe { time, qpos, qvel, ctrl, act, mocap_pos, mocap_quat, .. } = key.clone();
+        State { time, qpos, qvel, ctrl, act, mocap_pos, mocap_quat, ..State::new(model) }
     }
 
     /// Whether its lists have the lengths that a model asks for.
@@ -108,6 +120,9 @@ impl State {
             ("qpos", self.qpos.len(), model.nq),
             ("qvel", self.qvel.len(), model.nv),
             ("ctrl", self.ctrl.len(), model.actuators.len()),
+            ("act", self.act.len(), model.na),
+            ("mocap_pos", self.mocap_pos.len(), model.mocap.len()),
+            ("mocap_quat", self.mocap_quat.len(), model.mocap.len()),
             ("qacc_warmstart", self.qacc_warmstart.len(), model.nv),
             ("xfrc_applied", self.xfrc_applied.len(), pushes),
         ];
@@ -119,11 +134,14 @@ impl State {
 
     /// Becomes a copy of `other` without allocating anew.
     pub fn copy_from(&mut self, other: &State) {
-        let State { time, qpos, qvel, ctrl, xfrc_applied, qacc_warmstart, warm } = self;
+        let State { time, qpos, qvel, ctrl, act, mocap_pos, mocap_quat, xfrc_applied, qacc_warmstart, warm } = self;
         *time = other.time;
         qpos.clone_from(&other.qpos);
         qvel.clone_from(&other.qvel);
         ctrl.clone_from(&other.ctrl);
+        act.clone_from(&other.act);
+        mocap_pos.clone_from(&other.mocap_pos);
+        mocap_quat.clone_from(&other.mocap_quat);
         xfrc_applied.clone_from(&other.xfrc_applied);
         qacc_warmstart.clone_from(&other.qacc_warmstart);
         warm.clone_from(&other.warm);

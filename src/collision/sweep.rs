@@ -213,7 +213,7 @@ pub fn may_touch(
         return false;
     }
     let (w1, w2) = (bodies[a.body].weld, bodies[b.body].weld);
-    if w1 == w2 {
+    if w1 == w2 || (bodies[a.body].tree.is_none() && bodies[b.body].tree.is_none()) {
         return false;
     }
     let above = |weld: usize| bodies[bodies[weld].parent].weld;

@@ -2,32 +2,71 @@
 
 use super::Log;
 use super::layout::{self, World};
+use crate::data::Data;
+use crate::dynamics::{self, actuation};
 use crate::math;
 use crate::mjcf::{ProblemKind, Spec, lints, spec};
-use crate::model::{Actuator, JointKind, Keyframe};
+use crate::model::{Activation, Actuator, JointKind, Keyframe, Model, Transmission};
+use crate::state::State;
 
+/// The actuators; what depends on the inertia of the scene, [`fill`] adds.
 pub fn actuators(world: &World, spec: &Spec, log: &mut Log) -> Vec<Actuator> {
-    let joints = world.joint_names();
+    let (joints, sites) = (world.joint_names(), world.site_names());
     let mut actuators = Vec::new();
+    let mut na = 0;
     for a in &spec.actuators {
-        let ctrlrange = range(a, "ctrlrange", a.ctrlrange, a.ctrllimited, spec.compiler.autolimits, log);
-        let forcerange = range(a, "forcerange", a.forcerange, a.forcelimited, spec.compiler.autolimits, log);
-        let Some(joint) = joints.find(&a.joint, a.node, "joint", log) else { continue };
-        if let Some([low, high]) = a.ctrlrange
+        let autolimits = spec.compiler.autolimits;
+        let mut ctrlrange = range(a, "ctrlrange", a.ctrlrange, a.ctrllimited, autolimits, log);
+        let forcerange = range(a, "forcerange", a.forcerange, a.forcelimited, autolimits, log);
+        let mut actrange = range(a, "actrange", a.actrange, a.actlimited, autolimits, log);
+        let site = |name: &String, attribute: &str, log: &mut Log| sites.find(name, a.node, attribute, log);
+        let transmission = match &a.transmission {
+            spec::Transmission::Joint(name) => joints.find(name, a.node, "joint", log).map(Transmission::Joint),
+            spec::Transmission::JointInParent(name) => {
+                joints.find(name, a.node, "jointinparent", log).map(Transmission::JointInParent)
+            }
+            spec::Transmission::Site { site: name, reference } => site(name, "site", log).and_then(|site_| {
+                let reference = reference.as_ref().map(|name| site(name, "refsite", log));
+                match reference {
+                    None => Some(Transmission::Site { site: site_, reference: None }),
+                    Some(found) => found.map(|r| Transmission::Site { site: site_, reference: Some(r) }),
+                }
+            }),
+            spec::Transmission::None => None,
+        };
+        let Some(transmission) = transmission else { continue };
+        if a.inheritrange > 0.0 {
+            let inherited = inherited(world, a, transmission, log);
+            *(if a.activation == Activation::Integrator { &mut actrange } else { &mut ctrlrange }) = inherited;
+        }
+        if (a.damping, a.armature) != (0.0, 0.0) {
+            check_rotor(world, a, transmission, log);
+        }
+        if let (Some([low, high]), Transmission::Joint(joint) | Transmission::JointInParent(joint)) =
+            (a.ctrlrange, transmission)
             && a.bias[1] < 0.0
             && world.joints[joint].kind == JointKind::Hinge
         {
             servo_in_degrees(a, [low, high], log);
         }
+        let act = (a.activation != Activation::None).then_some(na);
+        na += usize::from(act.is_some());
+        // Some damping that is to be found, for the time being.
+        let damped = a.dampratio > 0.0 && a.bias[2] == 0.0;
+        let bias = if damped { [a.bias[0], a.bias[1], -1.0] } else { a.bias };
         actuators.push(Actuator {
             name: a.name.clone().unwrap_or_default(),
             kind: a.kind,
-            joint,
+            transmission,
             gear: a.gear,
             ctrlrange,
             forcerange,
+            activation: a.activation,
+            act,
+            actrange,
+            actearly: a.actearly,
             gain: a.gain,
-            bias: a.bias,
+            bias,
         });
     }
     actuators
@@ -45,12 +84,111 @@ fn servo_in_degrees(actuator: &spec::Actuator, range: [f64; 2], log: &mut Log) {
     log.value_warning(actuator.node, "ctrlrange", kind, help);
 }
 
+/// The range of a servo from that of its joint: about its middle, `inheritrange` times as wide.
+fn inherited(world: &World, a: &spec::Actuator, transmission: Transmission, log: &mut Log) -> Option<[f64; 2]> {
+    let joint = match transmission {
+        Transmission::Joint(j) | Transmission::JointInParent(j) => Some(&world.joints[j]),
+        Transmission::Site { .. } => None,
+    };
+    let servo = a.gain == [-a.bias[1], 0.0, 0.0] && a.gain[0] != 0.0;
+    let range = joint.filter(|_| servo).and_then(|joint| joint.range);
+    let Some([low, high]) = range else {
+        let what = "`inheritrange` needs a position servo on a joint with a `range`".to_string();
+        log.value_error(a.node, "inheritrange", ProblemKind::Meaningless { what }, "give the range itself");
+        return None;
+    };
+    let (middle, half) = (0.5 * (low + high), 0.5 * a.inheritrange * (high - low));
+    Some([middle - half, middle + half])
+}
+
+/// What an actuator adds to its target is known for slides and hinges.
+fn check_rotor(world: &World, a: &spec::Actuator, transmission: Transmission, log: &mut Log) {
+    let single = match transmission {
+        Transmission::Joint(j) | Transmission::JointInParent(j) => world.joints[j].kind.nv() == 1,
+        Transmission::Site { .. } => false,
+    };
+    if !single {
+        let attribute = if a.damping == 0.0 { "armature" } else { "damping" };
+        let lost = "Penny has it for actuators on slides and hinges only".to_string();
+        let kind = ProblemKind::Unsupported { name: attribute.into(), lost };
+        log.value_error(a.node, attribute, kind, "leave it out");
+    }
+}
+
+/// Damping and armature of actuators, which their joints get times gear².
+pub fn rotors(world: &mut World, actuators: &[Actuator], spec: &Spec) {
+    for (actuator, a) in actuators.iter().zip(&spec.actuators) {
+        if let Transmission::Joint(j) | Transmission::JointInParent(j) = actuator.transmission {
+            let dof = &mut world.dofs[world.joints[j].dofadr];
+            let square = actuator.gear[0] * actuator.gear[0];
+            dof.damping += square * a.damping;
+            dof.armature += square * a.armature;
+        }
+    }
+}
+
+/// Stiffness and damping that follow from inertia at `qpos0`.
+///
+///     springdamper (τ, ζ) of a joint:   k = m/(τ ζ)²,   d = 2 m/τ,    m = 1/(mean of the joint's `invweight0`)
+///     dampratio ζ of an actuator:       kv = 2 ζ √(kp m),             m = 1/(J M⁻¹ Jᵀ),   J = ∂length/∂q
+///
+/// Source: MuJoCo 4.0 manual, XML reference › joint, position; checked by running MuJoCo 4.0.0.
+pub fn fill(model: &mut Model, world: &[&spec::Joint], spec: &Spec) {
+    let ratios = spec.actuators.iter().map(|a| a.dampratio);
+    if ratios.clone().all(|ratio| ratio == 0.0) && world.iter().all(|joint| joint.springdamper.is_none()) {
+        return;
+    }
+    let (mut data, state) = (Data::new(model), State::new(model));
+    for t in 0..model.trees.len() {
+        if model.trees[t].free.is_none() {
+            dynamics::inertia_matrix(model, t, &mut data);
+        }
+    }
+    let mass_inverse = |row: &[f64]| -> f64 {
+        let of_tree = |(t, tree): (usize, &crate::model::Tree)| {
+            let row = &row[tree.dofs.clone()];
+            if row.iter().all(|x| *x == 0.0) {
+                return 0.0;
+            }
+            let mut solved = row.to_vec();
+            dynamics::solve_m(model, &data, t, &mut solved);
+            row.iter().zip(&solved).map(|(a, b)| a * b).sum()
+        };
+        model.trees.iter().enumerate().map(of_tree).sum()
+    };
+    let mut springs = Vec::new();
+    for (j, joint) in world.iter().enumerate() {
+        let Some([tau, zeta]) = joint.springdamper else { continue };
+        let dofs = model.joints[j].dofadr..model.joints[j].dofadr + model.joints[j].kind.nv();
+        let inverse = model.dofs[dofs.clone()].iter().map(|d| d.invweight0).sum::<f64>() / dofs.len() as f64;
+        springs.push((j, dofs, 1.0 / (inverse * (tau * zeta).powi(2)), 2.0 / (inverse * tau)));
+    }
+    let mut gains = Vec::new();
+    for (i, ratio) in ratios.enumerate().filter(|(_, ratio)| *ratio > 0.0) {
+        let mut moving = Data::new(model);
+        let row = actuation::moment(model, &state, &mut moving, i);
+        let inverse = mass_inverse(&row);
+        let kp = model.actuators[i].gain[0];
+        gains.push((i, if inverse > 0.0 { 2.0 * ratio * (kp / inverse).max(0.0).sqrt() } else { 0.0 }));
+    }
+    let parts = model.parts_mut();
+    for (j, dofs, stiffness, damping) in springs {
+        parts.joints[j].stiffness = stiffness;
+        parts.dofs[dofs].iter_mut().for_each(|dof| dof.damping = damping);
+    }
+    for (i, kv) in gains {
+        parts.actuators[i].bias[2] = -kv;
+    }
+}
+
 /// A free joint whose actuator depends on its velocity is no case for the closed form: `implicitfast` couples its
 /// six dofs.
 pub fn closed_forms(world: &mut World, actuators: &[Actuator]) {
-    for actuator in actuators.iter().filter(|a| a.bias[2] != 0.0) {
-        if let Some(tree) = world.bodies[world.joints[actuator.joint].body].tree {
-            world.trees[tree].free = None;
+    for actuator in actuators.iter().filter(|a| a.depends_on_velocity()) {
+        for body in actuator.transmission.bodies(&world.joints, &world.sites).into_iter().flatten() {
+            if let Some(tree) = world.bodies[body].tree {
+                world.trees[tree].free = None;
+            }
         }
     }
 }
@@ -89,12 +227,20 @@ fn range(
 /// Keyframes, filled up from `qpos0`; quaternions normalised.
 pub fn keyframes(world: &World, spec: &Spec, log: &mut Log) -> Vec<Keyframe> {
     let mut keyframes = Vec::new();
+    let places: Vec<f64> =
+        world.mocap.iter().flat_map(|&b| world.bodies[b].pos.iter().copied().collect::<Vec<_>>()).collect();
+    let turns: Vec<f64> = world.mocap.iter().flat_map(|&b| math::wxyz(&world.bodies[b].quat)).collect();
+    let na = spec.actuators.iter().filter(|a| a.activation != Activation::None).count();
     for key in &spec.keyframes {
         let mut numbers = |attribute: &'static str, given: &Option<Vec<f64>>, default: Vec<f64>| match given {
             None => default,
             Some(values) if values.len() <= default.len() => {
                 if values.len() < default.len() {
-                    let rest = if attribute == "qpos" { "`qpos0`" } else { "zeros" };
+                    let rest = match attribute {
+                        "qpos" => "`qpos0`",
+                        "mpos" | "mquat" => "where the bodies stand",
+                        _ => "zeros",
+                    };
                     let (needs, given) = (layout::numbers(default.len()), layout::given(values.len()));
                     let problem = ProblemKind::KeyframeShort { attribute, needs, given, rest };
                     log.value_warning(key.node, attribute, problem, meaning(world, attribute));
@@ -116,6 +262,9 @@ pub fn keyframes(world: &World, spec: &Spec, log: &mut Log) -> Vec<Keyframe> {
         let mut qpos = numbers("qpos", &key.qpos, world.qpos0.clone());
         let qvel = numbers("qvel", &key.qvel, vec![0.0; world.dofs.len()]);
         let ctrl = numbers("ctrl", &key.ctrl, vec![0.0; spec.actuators.len()]);
+        let act = numbers("act", &key.act, vec![0.0; na]);
+        let mocap_pos = numbers("mpos", &key.mpos, places.clone()).as_chunks().0.to_vec();
+        let mocap_quat = numbers("mquat", &key.mquat, turns.clone()).as_chunks().0.to_vec();
         for joint in &world.joints {
             let quat = match joint.kind {
                 JointKind::Free => joint.qposadr + 3,
@@ -136,7 +285,8 @@ pub fn keyframes(world: &World, spec: &Spec, log: &mut Log) -> Vec<Keyframe> {
             let unit = math::wxyz(&math::quat(&qpos[quat..quat + 4]));
             qpos[quat..quat + 4].copy_from_slice(&unit);
         }
-        keyframes.push(Keyframe { name: key.name.clone().unwrap_or_default(), time: key.time, qpos, qvel, ctrl });
+        let (name, time) = (key.name.clone().unwrap_or_default(), key.time);
+        keyframes.push(Keyframe { name, time, qpos, qvel, ctrl, act, mocap_pos, mocap_quat });
     }
     keyframes
 }
@@ -144,8 +294,12 @@ pub fn keyframes(world: &World, spec: &Spec, log: &mut Log) -> Vec<Keyframe> {
 /// Which numbers a keyframe needs, joint by joint.
 fn meaning(world: &World, attribute: &str) -> String {
     const SHOWN: usize = 8;
-    if attribute == "ctrl" {
-        return "one number for each actuator".into();
+    match attribute {
+        "ctrl" => return "one number for each actuator".into(),
+        "act" => return "one number for each actuator with dynamics".into(),
+        "mpos" => return "three numbers for each mocap body".into(),
+        "mquat" => return "four numbers for each mocap body".into(),
+        _ => {}
     }
     let (free, ball) = match attribute {
         "qpos" => ("x y z, quaternion w x y z", "quaternion w x y z"),

@@ -100,7 +100,7 @@ fn same_structure(before: &Parts, now: &Parts) -> Result<(), Invalid> {
     };
     let dofs = |m: &Parts| m.dofs.iter().map(|d| (d.joint, d.body)).collect::<Vec<_>>();
     let geoms = |m: &Parts| m.geoms.iter().map(|g| (g.kind, g.body, g.contype, g.conaffinity)).collect::<Vec<_>>();
-    let actuators = |m: &Parts| m.actuators.iter().map(|a| (a.kind, a.joint)).collect::<Vec<_>>();
+    let actuators = |m: &Parts| m.actuators.iter().map(|a| (a.kind, a.transmission, a.act)).collect::<Vec<_>>();
     let same = lists(before) == lists(now)
         && bodies(before) == bodies(now)
         && joints(before) == joints(now)

@@ -14,6 +14,7 @@ pub struct World<'a> {
     pub geoms: Vec<Geom>,
     pub sites: Vec<Site>,
     pub trees: Vec<Tree>,
+    pub mocap: Vec<usize>,
     pub qpos0: Vec<f64>,
     pub body_specs: Vec<&'a spec::Body>,
     pub joint_specs: Vec<&'a spec::Joint>,
@@ -43,6 +44,7 @@ pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {
         geoms: Vec::new(),
         sites: Vec::new(),
         trees: Vec::new(),
+        mocap: Vec::new(),
         qpos0: Vec::new(),
         body_specs: Vec::new(),
         joint_specs: Vec::new(),
@@ -60,6 +62,7 @@ fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, comp
 
     // What moves with this body: itself where it has joints, otherwise whatever moves its parent.
     let moves = !body.joints.is_empty();
+    let placed = body.mocap && !moves;
     let inherited = if id == 0 { (0, None) } else { (world.bodies[parent].weld, world.bodies[parent].tree) };
     let starts_tree = moves && inherited.1.is_none();
     let tree = if starts_tree { Some(world.trees.len()) } else { inherited.1 };
@@ -79,10 +82,14 @@ fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, comp
         joints,
         dofs,
         geoms,
-        weld: if moves { id } else { inherited.0 },
+        weld: if moves || placed { id } else { inherited.0 },
         tree,
         invweight0: [0.0; 2],
+        gravcomp: body.gravcomp,
     });
+    if placed {
+        world.mocap.push(id);
+    }
     world.body_specs.push(body);
     if starts_tree {
         let dof = world.dofs.len();
@@ -110,7 +117,9 @@ fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, comp
         tree.dofs.end = world.dofs.len();
         tree.qpos.end = world.qpos0.len();
         let joints = &world.joints[world.bodies[root].joints.start..];
-        tree.rotates = joints.iter().any(|j| j.kind != JointKind::Slide);
+        // What hangs on a mocap body is turned with it.
+        let carried = world.bodies[parent].weld != 0;
+        tree.rotates = carried || joints.iter().any(|j| j.kind != JointKind::Slide);
     }
 }
 
@@ -182,10 +191,13 @@ fn add_joint<'a>(world: &mut World<'a>, joint: &'a spec::Joint, body: usize, com
         axis,
         qposadr,
         dofadr,
-        stiffness: joint.stiffness,
+        // One that is to be found has some for the time being.
+        stiffness: if joint.springdamper.is_some() { 1.0 } else { joint.stiffness },
         springref: radian(joint.springref),
         range: range(joint, compiler, log),
         margin: joint.margin,
+        actfrcrange: force_range(joint, compiler, log),
+        actgravcomp: joint.actuatorgravcomp,
         solref_limit: joint.solreflimit,
         solimp_limit: joint.solimplimit,
         solref_friction: joint.solreffriction,
@@ -195,6 +207,24 @@ fn add_joint<'a>(world: &mut World<'a>, joint: &'a spec::Joint, body: usize, com
     let (damping, armature, frictionloss) = (joint.damping, joint.armature, joint.frictionloss);
     let dof = Dof { joint: id, body, damping, armature, frictionloss, invweight0: 0.0 };
     world.dofs.extend(std::iter::repeat_n(dof, joint.kind.nv()));
+}
+
+/// The bounds of all actuators of a slide or hinge together.
+fn force_range(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log) -> Option<[f64; 2]> {
+    if !matches!(joint.kind, JointKind::Slide | JointKind::Hinge) {
+        return None;
+    }
+    let [low, high] = joint.actuatorfrcrange.unwrap_or_default();
+    let limited = joint.actuatorfrclimited.unwrap_or(low < high);
+    if limited && low >= high {
+        let help = "give the smaller number first";
+        log.value_error(joint.node, "actuatorfrcrange", ProblemKind::RangeEmpty { low, high }, help);
+    }
+    if joint.actuatorfrclimited.is_none() && limited && !compiler.autolimits {
+        let help = "say whether it is limited, or drop `autolimits=\"false\"` from `<compiler>`";
+        log.value_error(joint.node, "actuatorfrcrange", ProblemKind::RangeWithoutLimited, help);
+    }
+    limited.then_some([low, high])
 }
 
 fn anchor_and_axis(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log) -> (Vec3, Vec3) {

@@ -207,6 +207,9 @@ pub fn free_body(tree: &Tree, bodies: &[Body], joints: &[Joint], dofs: &[Dof]) -
     }
     let massive = |b: &&Body| b.mass > 0.0;
     let bodies = &bodies[tree.bodies.clone()];
+    if bodies.iter().any(|b| b.gravcomp != 0.0) {
+        return None;
+    }
     if bodies.iter().filter(massive).count() == 1 && root.mass > 0.0 {
         return Some(FreeBody { mass: root.mass, com: root.ipos, axes: math::mat(&root.iquat), inertia: root.inertia });
     }

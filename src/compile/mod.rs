@@ -36,6 +36,9 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     let (pairs, mixes) = pairs::find(&world, spec, opt.contact_override, &mut log);
     let actuators = controls::actuators(&world, spec, &mut log);
     controls::closed_forms(&mut world, &actuators);
+    if log.errors.is_empty() {
+        controls::rotors(&mut world, &actuators, spec);
+    }
     let keyframes = controls::keyframes(&world, spec, &mut log);
     let sensors = sensors::sensors(&world, &actuators, spec, &mut log);
     let tutorial = tutorial_params(spec, &mut log);
@@ -54,7 +57,9 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         dofs: world.dofs,
         geoms: world.geoms,
         sites: world.sites,
+        na: actuators.iter().filter(|a| a.act.is_some()).count(),
         actuators,
+        mocap: world.mocap,
         nsensordata: sensors.iter().map(|s| s.kind.dim()).sum(),
         sensors,
         trees: world.trees,
@@ -75,6 +80,7 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         log.error(joint.node, ProblemKind::JointsDependent, help);
         return Err(log.errors);
     }
+    controls::fill(&mut model, &world.joint_specs, spec);
     check_integrator(&model, spec, &mut log);
     if model.nv == 0 {
         let (node, help) = match spec.world.children.first() {

@@ -123,7 +123,7 @@ fn explicit(world: &World, spec: &Spec, log: &mut Log) -> Vec<Explicit> {
             let help = "MuJoCo would count every contact twice; keep one of the two";
             log.error(pair.node, ProblemKind::PairTwice, help);
             log.related(earlier, "first given here");
-        } else if weld[0] == weld[1] {
+        } else if weld[0] == weld[1] || geom.iter().all(|&g| world.bodies[world.geoms[g].body].tree.is_none()) {
             log.warning(pair.node, ProblemKind::PairAtRest, "remove the pair, or give one of the bodies a joint");
         } else {
             earlier.insert(sorted(geom), pair.node);

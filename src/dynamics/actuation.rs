@@ -1,93 +1,299 @@
 //! Forces from outside: actuators, and wrenches on bodies.
 //!
-//! Source: MuJoCo 4.0 manual, Computation › Actuation model; XML reference › actuator.
+//! Source: MuJoCo 4.0 manual, Computation › Actuation model; XML reference › actuator; checked by running MuJoCo 4.0.0.
+
+use std::f64::consts::TAU;
 
 use super::links::NONE;
 use super::passive::between;
 use super::spatial::{ang, join, lin};
 use crate::data::Data;
-use crate::math::{Quat, Vec6, quat};
-use crate::model::{Actuator, JointKind, Model};
+use crate::math::{MIN_VAL, Quat, Vec6, mat, quat, vec3};
+use crate::model::{Activation, Actuator, JointKind, Model, Transmission};
 use crate::state::State;
 
 /// Actuator forces.
 ///
-///     f = gain·ctrl + bias₀ + bias₁·length + bias₂·velocity,   clamped to forcerange
-///     qfrc = gear·f,   length = gear·q,   velocity = gear·q̇
+///     f = gain · u + bias,   gain, bias = c₀ + c₁ length + c₂ velocity,   clamped to forcerange
+///     qfrc = Σ f ∂length/∂q,   clamped to a joint's actuatorfrcrange
 ///
-/// q of a ball joint is its rotation vector; a free joint has length 0. ctrl is clamped to ctrlrange first.
-/// Reads: ctrl, qpos, qvel. Writes: actuator_force (one each), qfrc_actuator (nv).
+/// u is ctrl, clamped to ctrlrange, or of an actuator with dynamics its activation.
+/// Reads: ctrl, act, qpos, qvel, poses. Writes: act_dot (na), actuator_input and actuator_force (one each),
+/// qfrc_actuator (nv).
 pub fn actuate(model: &Model, state: &State, data: &mut Data) {
     if model.actuators.is_empty() || !model.opt.flags.actuation {
         return;
     }
+    rates(model, state, data);
     data.qfrc_actuator.fill(0.0);
     for (i, actuator) in model.actuators.iter().enumerate() {
-        let joint = &model.joints[actuator.joint];
-        let gear = gear(model, actuator);
-        let mut ctrl = state.ctrl[i];
-        if let (Some([low, high]), true) = (actuator.ctrlrange, model.opt.flags.clampctrl) {
-            ctrl = ctrl.max(low).min(high);
+        transmit(model, state, i, data);
+        let (gain, bias) = (actuator.gain, actuator.bias);
+        let rotary = rotary(model, actuator);
+        let servo = rotary.is_some() && [gain[0], gain[1], gain[2]] == [-bias[1], 0.0, 0.0];
+        let length = if servo || gain[1] != 0.0 || bias[1] != 0.0 { length(model, state, data, i) } else { 0.0 };
+        let velocity = if gain[2] != 0.0 || bias[2] != 0.0 { velocity(model, state, data, i) } else { 0.0 };
+        let mut input = match actuator.act {
+            None => control(model, state, i),
+            Some(act) if actuator.actearly => next(actuator, state.act[act], data.act_dot[act], data.timestep),
+            Some(act) => state.act[act],
+        };
+        if let (true, Some(turn)) = (servo, rotary) {
+            input = nearest(input, length, turn);
         }
-        let [constant, length_gain, velocity_gain] = actuator.bias;
-        if joint.kind == JointKind::Ball && actuator.gain == -length_gain {
-            ctrl = nearest(ctrl, length(model, actuator, &state.qpos), gear);
-        }
-        let mut force = actuator.gain * ctrl + constant;
-        if velocity_gain != 0.0 {
-            force += velocity_gain * velocity(model, actuator, &state.qvel);
-        }
-        if length_gain != 0.0 {
-            force += length_gain * length(model, actuator, &state.qpos);
-        }
+        let affine = |c: [f64; 3]| c[0] + c[1] * length + c[2] * velocity;
+        let mut force = affine(gain) * input + affine(bias);
         if let Some([low, high]) = actuator.forcerange {
             force = force.max(low).min(high);
         }
+        data.actuator_input[i] = input;
         data.actuator_force[i] = force;
-        for (f, g) in data.qfrc_actuator[joint.dofadr..].iter_mut().zip(gear) {
-            *f += g * force;
+        let Data { plan, moments, qfrc_actuator, .. } = data;
+        match plan.moments[i] {
+            None => {
+                let (first, gear) = joint_gear(model, actuator);
+                for (f, g) in qfrc_actuator[first..].iter_mut().zip(gear) {
+                    *f += g * force;
+                }
+            }
+            Some(at) => {
+                for (f, g) in qfrc_actuator.iter_mut().zip(&moments[at..at + model.nv]) {
+                    *f += g * force;
+                }
+            }
+        }
+    }
+    compensate(data);
+    let Data { plan, qfrc_actuator, .. } = data;
+    for &(dof, [low, high]) in &plan.force_ranges {
+        qfrc_actuator[dof] = qfrc_actuator[dof].max(low).min(high);
+    }
+}
+
+/// Joints whose actuators bear the compensation of gravity.
+fn compensate(data: &mut Data) {
+    let Data { plan, qfrc_actuator, qfrc_gravcomp, .. } = data;
+    for &d in &plan.borne {
+        qfrc_actuator[d] += qfrc_gravcomp[d];
+    }
+}
+
+/// A control, clamped to its range.
+fn control(model: &Model, state: &State, i: usize) -> f64 {
+    match (model.actuators[i].ctrlrange, model.opt.flags.clampctrl) {
+        (Some([low, high]), true) => state.ctrl[i].max(low).min(high),
+        _ => state.ctrl[i],
+    }
+}
+
+/// How activations change.
+///
+///     integrator ȧ = u,   filter ȧ = (u − a)/τ
+///
+/// Reads: ctrl, act. Writes: act_dot.
+pub fn rates(model: &Model, state: &State, data: &mut Data) {
+    if !model.opt.flags.actuation {
+        return;
+    }
+    for (i, actuator) in model.actuators.iter().enumerate() {
+        if let Some(act) = actuator.act {
+            let u = control(model, state, i);
+            data.act_dot[act] = match actuator.activation {
+                Activation::None => 0.0,
+                Activation::Integrator => u,
+                Activation::Filter(tau) | Activation::ExactFilter(tau) => (u - state.act[act]) / tau.max(MIN_VAL),
+            };
         }
     }
 }
 
-/// The setpoint of a position servo that turns a ball joint, on the circle: of all that differ by full turns the one
-/// nearest to the length.
-fn nearest(setpoint: f64, length: f64, gear: &[f64]) -> f64 {
-    let turn = std::f64::consts::TAU * gear.iter().map(|g| g * g).sum::<f64>().sqrt();
-    if turn > 0.0 { setpoint + turn * ((length - setpoint) / turn).round() } else { setpoint }
-}
-
-/// The gear numbers that count: one for each dof of the joint.
-pub fn gear<'a>(model: &Model, actuator: &'a Actuator) -> &'a [f64] {
-    &actuator.gear[..model.joints[actuator.joint].kind.nv()]
-}
-
-/// gear·q̇, with ω in body axes.
-pub fn velocity(model: &Model, actuator: &Actuator, qvel: &[f64]) -> f64 {
-    let first = model.joints[actuator.joint].dofadr;
-    gear(model, actuator).iter().zip(&qvel[first..]).map(|(g, v)| g * v).sum()
-}
-
-/// gear·q; q of a ball joint is its rotation vector, a free joint has length 0.
-pub fn length(model: &Model, actuator: &Actuator, qpos: &[f64]) -> f64 {
-    let joint = &model.joints[actuator.joint];
-    let q = &qpos[joint.qposadr..];
-    match joint.kind {
-        JointKind::Slide | JointKind::Hinge => actuator.gear[0] * q[0],
-        JointKind::Ball => {
-            let r = between(&Quat::identity(), &quat(&q[..4]));
-            actuator.gear[0] * r.x + actuator.gear[1] * r.y + actuator.gear[2] * r.z
+/// Moves the activations along their rates for a time h.
+pub fn advance(model: &Model, act_dot: &[f64], h: f64, act: &mut [f64]) {
+    if act.is_empty() {
+        return;
+    }
+    for actuator in &model.actuators {
+        if let Some(i) = actuator.act {
+            act[i] = next(actuator, act[i], act_dot[i], h);
         }
-        JointKind::Free => 0.0,
     }
 }
 
-/// The derivative of an actuator's force by its velocity: zero where the force is clamped.
-pub fn velocity_gain(actuator: &Actuator, force: f64) -> f64 {
-    match actuator.forcerange {
-        Some([low, high]) if force <= low || force >= high => 0.0,
-        _ => actuator.bias[2],
+/// The activation after a time h.
+///
+///     a + h ȧ,   of an exact filter a + ȧ τ (1 − exp(−h/τ)),   clamped to actrange
+fn next(actuator: &Actuator, act: f64, rate: f64, h: f64) -> f64 {
+    let next = match actuator.activation {
+        Activation::ExactFilter(tau) => {
+            let tau = tau.max(MIN_VAL);
+            act + rate * tau * (1.0 - (-h / tau).exp())
+        }
+        _ => act + h * rate,
+    };
+    match actuator.actrange {
+        Some([low, high]) => next.max(low).min(high),
+        None => next,
     }
+}
+
+/// What a full turn changes of the length of an actuator that turns something in all three directions.
+fn rotary(model: &Model, actuator: &Actuator) -> Option<f64> {
+    let axis = match actuator.transmission {
+        Transmission::Joint(j) | Transmission::JointInParent(j) if model.joints[j].kind == JointKind::Ball => {
+            vec3(&actuator.gear)
+        }
+        Transmission::Site { reference: Some(_), .. } if actuator.gear[..3] == [0.0; 3] => vec3(&actuator.gear[3..]),
+        _ => return None,
+    };
+    Some(TAU * axis.norm()).filter(|turn| *turn > 0.0)
+}
+
+/// The setpoint of a position servo on the circle: of all that differ by full turns the one nearest to the length.
+fn nearest(setpoint: f64, length: f64, turn: f64) -> f64 {
+    setpoint + turn * ((length - setpoint) / turn).round()
+}
+
+/// First dof and gear of an actuator that acts on the axes of a joint: a number for each dof.
+pub fn joint_gear<'a>(model: &Model, actuator: &'a Actuator) -> (usize, &'a [f64]) {
+    match actuator.transmission {
+        Transmission::Joint(j) | Transmission::JointInParent(j) => {
+            (model.joints[j].dofadr, &actuator.gear[..model.joints[j].kind.nv()])
+        }
+        Transmission::Site { .. } => (0, &[]),
+    }
+}
+
+/// The row ∂length/∂q of an actuator that does not act on the axes of a joint.
+///
+///     site:           Jᵀ [R g_lin, R g_ang],   R of the site, J its Jacobian
+///     with refsite:   (J − J_ref)ᵀ [R g_lin, R g_ang],   R of the reference; without dofs that move both
+///     jointinparent:  [g_lin, R⁻¹ g_ang],   R the rotation of the joint
+///
+/// Reads: poses, cdof. Writes: moments.
+fn transmit(model: &Model, state: &State, i: usize, data: &mut Data) {
+    let (Some(at), actuator) = (data.plan.moments[i], &model.actuators[i]) else { return };
+    let mut moments = std::mem::take(&mut data.moments);
+    let row = &mut moments[at..at + model.nv];
+    row.fill(0.0);
+    match actuator.transmission {
+        Transmission::Joint(_) => {}
+        Transmission::JointInParent(j) => {
+            let joint = &model.joints[j];
+            let n = joint.kind.nv();
+            let row = &mut row[joint.dofadr..joint.dofadr + n];
+            row.copy_from_slice(&actuator.gear[..n]);
+            if n >= 3 {
+                let q = joint.qposadr + joint.kind.nq() - 4;
+                let turned = quat(&state.qpos[q..q + 4]).inverse() * vec3(&actuator.gear[n - 3..]);
+                row[n - 3..].copy_from_slice(turned.as_slice());
+            }
+        }
+        Transmission::Site { site, reference } => {
+            let frame = reference.unwrap_or(site);
+            let axes = data.xmat[model.sites[frame].body] * mat(&model.sites[frame].quat);
+            let wrench = join(&(axes * vec3(&actuator.gear)), &(axes * vec3(&actuator.gear[3..])));
+            add_site(model, data, site, &wrench, 1.0, row);
+            if let Some(reference) = reference {
+                add_site(model, data, reference, &wrench, -1.0, row);
+                let [a, b] = [site, reference].map(|s| super::last_dof(model, model.sites[s].body));
+                clear_common(&data.plan.dof_parent, a, b, row);
+            }
+        }
+    }
+    data.moments = moments;
+}
+
+/// row += sign Jᵀ wrench, J of the site's origin.
+fn add_site(model: &Model, data: &Data, site: usize, wrench: &Vec6, sign: f64, row: &mut [f64]) {
+    let site = &model.sites[site];
+    let point = data.xpos[site.body] + data.xmat[site.body] * site.pos;
+    super::each_column(model, data, site.body, &point, |d, column| row[d] += sign * column.dot(wrench));
+}
+
+/// The row ∂length/∂q of an actuator (nv). Not for a step. Reads: poses.
+pub fn moment(model: &Model, state: &State, data: &mut Data, i: usize) -> Vec<f64> {
+    transmit(model, state, i, data);
+    let mut row = vec![0.0; model.nv];
+    match data.plan.moments[i] {
+        Some(at) => row.copy_from_slice(&data.moments[at..at + model.nv]),
+        None => {
+            let (first, gear) = joint_gear(model, &model.actuators[i]);
+            row[first..first + gear.len()].copy_from_slice(gear);
+        }
+    }
+    row
+}
+
+/// Zeros where a dof moves what both `a` and `b` move.
+fn clear_common(dof_parent: &[usize], a: usize, b: usize, row: &mut [f64]) {
+    let way = |mut d: usize| {
+        std::iter::from_fn(move || {
+            let here = (d != NONE).then_some(d)?;
+            d = dof_parent[d];
+            Some(here)
+        })
+    };
+    for d in way(a).filter(|d| way(b).any(|other| other == *d)) {
+        row[d] = 0.0;
+    }
+}
+
+/// ∂length/∂q · q̇
+pub fn velocity(model: &Model, state: &State, data: &Data, i: usize) -> f64 {
+    let product = |row: &[f64], v: &[f64]| row.iter().zip(v).map(|(g, v)| g * v).sum();
+    match data.plan.moments[i] {
+        Some(at) => product(&data.moments[at..at + model.nv], &state.qvel),
+        None => {
+            let (first, gear) = joint_gear(model, &model.actuators[i]);
+            product(gear, &state.qvel[first..])
+        }
+    }
+}
+
+/// The length of an actuator's transmission, m or rad times gear.
+///
+///     slide, hinge  gear q,   ball  gear · rotation vector,   free joint, site  0
+///     site with refsite  g_lin · R_refᵀ (x − x_ref) + g_ang · rotation vector from the reference to the site
+pub fn length(model: &Model, state: &State, data: &Data, i: usize) -> f64 {
+    let actuator = &model.actuators[i];
+    let gear = &actuator.gear;
+    match actuator.transmission {
+        Transmission::Joint(j) | Transmission::JointInParent(j) => {
+            let joint = &model.joints[j];
+            let q = &state.qpos[joint.qposadr..];
+            match joint.kind {
+                JointKind::Slide | JointKind::Hinge => gear[0] * q[0],
+                JointKind::Ball => vec3(gear).dot(&between(&Quat::identity(), &quat(&q[..4]))),
+                JointKind::Free => 0.0,
+            }
+        }
+        Transmission::Site { reference: None, .. } => 0.0,
+        Transmission::Site { site, reference: Some(reference) } => {
+            let [(x, q), (x_ref, q_ref)] = [site, reference].map(|s| {
+                let site = &model.sites[s];
+                (data.xpos[site.body] + data.xmat[site.body] * site.pos, data.xquat[site.body] * site.quat)
+            });
+            vec3(gear).dot(&(q_ref.inverse() * (x - x_ref))) + vec3(&gear[3..]).dot(&between(&q_ref, &q))
+        }
+    }
+}
+
+/// The derivative of an actuator's force by its velocity: zero where the force, or that of its joint, is clamped.
+///
+/// Reads: actuator_input, actuator_force, qfrc_actuator.
+pub fn velocity_gain(model: &Model, data: &Data, i: usize) -> f64 {
+    let actuator = &model.actuators[i];
+    let clamped = |range: Option<[f64; 2]>, force: f64| range.is_some_and(|[low, high]| force <= low || force >= high);
+    if clamped(actuator.forcerange, data.actuator_force[i]) {
+        return 0.0;
+    }
+    if let Transmission::Joint(j) | Transmission::JointInParent(j) = actuator.transmission {
+        let joint = &model.joints[j];
+        if clamped(joint.actfrcrange, data.qfrc_actuator[joint.dofadr]) {
+            return 0.0;
+        }
+    }
+    actuator.bias[2] + actuator.gain[2] * data.actuator_input[i]
 }
 
 /// Adds the generalized force of a wrench on a body of a tree that is not a free body.

@@ -93,6 +93,7 @@ pub fn momentum(model: &Model, state: &State, data: &mut Data) -> Momentum {
 
 /// Poses, inertias and velocities at the state.
 fn update(model: &Model, state: &State, data: &mut Data) {
+    super::mocap(model, state, data);
     super::kinematics(model, &state.qpos, data);
     for (t, tree) in model.trees.iter().enumerate() {
         let root = tree.bodies.start;

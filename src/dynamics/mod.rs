@@ -19,7 +19,7 @@ pub(crate) mod plane;
 pub mod spatial;
 
 use crate::data::Data;
-use crate::math::{Vec3, Vec6};
+use crate::math::{Vec3, Vec6, mat, quat};
 pub use links::joints_of;
 
 use crate::model::Model;
@@ -147,6 +147,49 @@ pub fn jacobian(model: &Model, data: &Data, body: usize, point: &Vec3, out: &mut
         out[d - tree.dofs.start] = spatial::at(&data.cdof[d], &arm);
         d = data.plan.dof_parent[d];
     }
+}
+
+/// Hands on the twist of a point of a body for each dof that moves it.
+pub fn each_column(model: &Model, data: &Data, body: usize, point: &Vec3, mut column: impl FnMut(usize, Vec6)) {
+    let Some(t) = model.bodies[body].tree else { return };
+    let tree = &model.trees[t];
+    let root = tree.bodies.start;
+    let arm = point - data.xpos[root];
+    if tree.free.is_some() {
+        for i in 0..3 {
+            let axis = data.xmat[root].column(i).into_owned();
+            column(tree.dofs.start + i, Vec6::ith(i, 1.0));
+            column(tree.dofs.start + 3 + i, spatial::join(&axis.cross(&arm), &axis));
+        }
+        return;
+    }
+    let mut d = last_dof(model, body);
+    while d != links::NONE {
+        column(d, spatial::at(&data.cdof[d], &arm));
+        d = data.plan.dof_parent[d];
+    }
+}
+
+/// Puts the mocap bodies, and what is welded to them, where the state says.
+///
+/// Reads: mocap_pos, mocap_quat. Writes: xpos, xquat, xmat, geom_xpos, geom_xmat of what is placed so.
+pub fn mocap(model: &Model, state: &State, data: &mut Data) {
+    if model.mocap.is_empty() {
+        return;
+    }
+    for i in 0..data.plan.mocap.len() {
+        let b = data.plan.mocap[i];
+        match model.mocap.binary_search(&b) {
+            Ok(m) => {
+                data.xpos[b] = state.mocap_pos[m].into();
+                data.xquat[b] = quat(&state.mocap_quat[m]);
+                data.xmat[b] = mat(&data.xquat[b]);
+            }
+            Err(_) => kinematics::weld(model, b, data),
+        }
+    }
+    let Data { plan, xpos, xmat, geom_xpos, geom_xmat, .. } = data;
+    kinematics::geoms(&plan.mocap_geoms, xpos, xmat, geom_xpos, geom_xmat);
 }
 
 /// M of a tree that is not a free body, and its factor.

@@ -1,5 +1,6 @@
 //! Springs and dampers in joints. Source: MuJoCo 4.0 manual, Computation › Passive forces.
 
+use super::spatial::lin;
 use crate::data::Data;
 use crate::math::{Quat, Vec3, quat, vec3};
 use crate::model::{Joint, JointKind, Model};
@@ -13,7 +14,7 @@ use crate::model::{Joint, JointKind, Model};
 /// Reads: qpos, qvel. Writes: qfrc_passive (nv).
 pub fn passive(model: &Model, qpos: &[f64], qvel: &[f64], data: &mut Data) {
     let Data { plan, qfrc_passive, .. } = data;
-    if plan.springs.is_empty() && plan.dampers.is_empty() {
+    if plan.springs.is_empty() && plan.dampers.is_empty() && plan.gravcomp.is_empty() {
         return;
     }
     qfrc_passive.fill(0.0);
@@ -27,6 +28,28 @@ pub fn passive(model: &Model, qpos: &[f64], qvel: &[f64], data: &mut Data) {
     for &d in &plan.dampers {
         qfrc_passive[d] -= model.dofs[d].damping * qvel[d];
     }
+    if !plan.gravcomp.is_empty() {
+        compensate(model, data);
+    }
+}
+
+/// Compensation of gravity: −m g `gravcomp` at the centre of mass of each body that has some.
+///
+/// Dofs whose actuators bear it get it there. Writes: qfrc_gravcomp. Adds to: qfrc_passive.
+fn compensate(model: &Model, data: &mut Data) {
+    let mut force = std::mem::take(&mut data.qfrc_gravcomp);
+    force.fill(0.0);
+    for &b in &data.plan.gravcomp {
+        let lift = -model.bodies[b].gravcomp * model.bodies[b].mass * model.opt.gravity;
+        let com = super::xipos(model, data, b);
+        super::each_column(model, data, b, &com, |d, column| force[d] += lin(&column).dot(&lift));
+    }
+    for (d, f) in force.iter().enumerate() {
+        if !model.joints[model.dofs[d].joint].actgravcomp {
+            data.qfrc_passive[d] += f;
+        }
+    }
+    data.qfrc_gravcomp = force;
 }
 
 /// How far a joint's spring is from rest (m, rad), and how many numbers that is.

@@ -6,7 +6,7 @@ use super::factor::Pattern;
 use super::links::{Link, Mount, NONE, links, mount};
 use super::plane::Plane;
 use crate::math::{Mat3, Vec3, mat};
-use crate::model::{Model, Tree};
+use crate::model::{Actuator, Joint, JointKind, Model, Transmission, Tree};
 
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
@@ -19,6 +19,16 @@ pub struct Plan {
     /// Whether a tree has dampers, and whether it has dampers or actuators that depend on velocity (by tree).
     pub damped: Vec<bool>,
     pub implicit: Vec<bool>,
+    /// Where in `moments` the row of an actuator is that does not act on a joint's axes.
+    pub moments: Vec<Option<usize>>,
+    /// Bodies whose weight is compensated, and dofs whose actuators bear that.
+    pub gravcomp: Vec<usize>,
+    pub borne: Vec<usize>,
+    /// Dofs where the sum of actuator forces is bounded.
+    pub force_ranges: Vec<(usize, [f64; 2])>,
+    /// What is placed from outside: bodies with what is welded to them, and their geoms that can touch something.
+    pub mocap: Vec<usize>,
+    pub mocap_geoms: Vec<Posed>,
     /// Whether semi-implicit Euler has dampers to treat implicitly.
     pub eulerdamp: bool,
     /// Joints with limits, and dofs with dry friction: they need a contact law even without contacts.
@@ -60,11 +70,34 @@ impl Plan {
         let damps = |dof: usize| flags.damper && model.dofs[dof].damping != 0.0;
         let damped: Vec<bool> = model.trees.iter().map(|t| t.dofs.clone().any(damps)).collect();
         let mut implicit = damped.clone();
-        for actuator in model.actuators.iter().filter(|a| flags.actuation && a.bias[2] != 0.0) {
-            if let Some(tree) = model.bodies[model.joints[actuator.joint].body].tree {
-                implicit[tree] = true;
+        for actuator in model.actuators.iter().filter(|a| flags.actuation && a.depends_on_velocity()) {
+            for body in actuator.transmission.bodies(&model.joints, &model.sites).into_iter().flatten() {
+                if let Some(tree) = model.bodies[body].tree {
+                    implicit[tree] = true;
+                }
             }
         }
+        let mut rows = 0;
+        let moment = |actuator: &Actuator| {
+            let turned = |j: usize| matches!(model.joints[j].kind, JointKind::Ball | JointKind::Free);
+            let plain = match actuator.transmission {
+                Transmission::Joint(_) => true,
+                Transmission::JointInParent(j) => !turned(j),
+                Transmission::Site { .. } => false,
+            };
+            (!plain).then(|| {
+                rows += 1;
+                (rows - 1) * model.nv
+            })
+        };
+        let moments = model.actuators.iter().map(moment).collect();
+        // As in MuJoCo no passive force is left without springs and dampers.
+        let weightless = flags.gravity && model.opt.gravity != Vec3::zeros() && (flags.spring || flags.damper);
+        let gravcomp: Vec<usize> =
+            (1..model.bodies.len()).filter(|&b| weightless && model.bodies[b].gravcomp != 0.0).collect();
+        let borne = |d: &usize| !gravcomp.is_empty() && model.joints[model.dofs[*d].joint].actgravcomp;
+        let borne = (0..model.nv).filter(borne).collect();
+        let force_range = |joint: &Joint| Some((joint.dofadr, joint.actfrcrange?));
         let limits = flags.constraint && flags.limit;
         let dry = flags.constraint && flags.frictionloss;
         let dof_parent = dof_parents(model);
@@ -81,6 +114,12 @@ impl Plan {
             posed: touching(model, true),
             springs: (0..model.joints.len()).filter(|&j| flags.spring && model.joints[j].stiffness != 0.0).collect(),
             dampers: (0..model.nv).filter(|&d| damps(d)).collect(),
+            moments,
+            gravcomp,
+            borne,
+            force_ranges: model.joints.iter().filter_map(force_range).collect(),
+            mocap: mocap(model),
+            mocap_geoms: touching(model, false).into_iter().filter(|g| model.bodies[g.body].weld != 0).collect(),
             eulerdamp: flags.eulerdamp && damped.contains(&true),
             damped,
             implicit,
@@ -156,6 +195,12 @@ pub fn touching(model: &Model, moving: bool) -> Vec<Posed> {
             }
         })
         .collect()
+}
+
+/// Mocap bodies and what is welded to them, parents first.
+fn mocap(model: &Model) -> Vec<usize> {
+    let placed = |b: &usize| model.bodies[*b].tree.is_none() && model.bodies[*b].weld != 0;
+    (1..model.bodies.len()).filter(placed).collect()
 }
 
 fn aligned(tree: &Tree) -> bool {

@@ -53,6 +53,10 @@ impl Scratch {
 impl Plane {
     /// The plane in which a tree moves, if it moves in one and can turn. Writes: turning of the links.
     pub fn of(model: &Model, tree: &Tree, links: &mut [Link]) -> Option<Plane> {
+        // What hangs on a mocap body may be turned with it.
+        if model.bodies[model.bodies[tree.bodies.start].parent].weld != 0 {
+            return None;
+        }
         let turned = orientations(model);
         let joints = &model.joints[joints_of(model, tree)];
         let axis = |kind| move |j: &&crate::model::Joint| j.kind == kind;

@@ -2,6 +2,7 @@
 
 use super::{Integrator, add_scaled, displace};
 use crate::data::Data;
+use crate::dynamics::actuation;
 use crate::forward::{Method, begin};
 use crate::model::Model;
 use crate::state::State;
@@ -27,5 +28,6 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     begin(model, method, state, data);
     displace(model, &mut state.qpos, &state.qvel, h);
     add_scaled(&mut state.qvel, h, &data.qacc);
+    actuation::advance(model, &data.act_dot, h, &mut state.act);
     state.time += h;
 }

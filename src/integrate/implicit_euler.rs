@@ -5,7 +5,7 @@ use crate::collision;
 use crate::contact::tangent::{self, Tangent};
 use crate::data::Data;
 use crate::dynamics::spatial::{ang, lin};
-use crate::dynamics::{self, free};
+use crate::dynamics::{self, actuation, free};
 use crate::forward::{Method, forward};
 use crate::model::Model;
 use crate::sensors;
@@ -101,6 +101,11 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let mut trial = newton.trial.take().unwrap_or_else(|| state.clone());
     trial.copy_from(state);
     trial.time += h;
+    // Controls do not change in a step, so the activations at its end are known.
+    actuation::rates(model, state, data);
+    actuation::advance(model, &data.act_dot, h, &mut trial.act);
+    data.timestep = h;
+    dynamics::mocap(model, state, data);
     newton.v.clone_from(&state.qvel);
     newton.evaluations = 0;
     newton.evaluate(model, method, state, &mut trial, data, false);
@@ -139,6 +144,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     state.remember(method.contact.start, data);
     state.qvel.copy_from_slice(&newton.v);
     state.qpos.copy_from_slice(&trial.qpos);
+    state.act.copy_from_slice(&trial.act);
     state.time += h;
     newton.trial = Some(trial);
     *data.scratch.get() = newton;

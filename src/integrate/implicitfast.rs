@@ -49,6 +49,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     }
     add_scaled(&mut state.qvel, h, &data.stages.acc);
     displace(model, &mut state.qpos, &state.qvel, h);
+    actuation::advance(model, &data.act_dot, h, &mut state.act);
     state.time += h;
 }
 
@@ -115,20 +116,30 @@ fn articulated(model: &Model, t: usize, h: f64, data: &mut Data) {
 /// Writes: qh of the stages.
 fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
     let dofs = &model.trees[t].dofs;
-    let Data { qm_rows, plan, stages, actuator_force, .. } = data;
-    let (qh, block, rows) = (&mut stages.qh, plan.pattern.block(dofs), plan.pattern.rows(dofs));
+    let mut qh = std::mem::take(&mut data.stages.qh);
+    let Data { qm_rows, plan, moments, .. } = &*data;
+    let (block, rows) = (plan.pattern.block(dofs), plan.pattern.rows(dofs));
     qh[block.clone()].copy_from_slice(&qm_rows[block]);
     for &d in plan.dampers.iter().filter(|d| dofs.contains(d)) {
         qh[rows[d - dofs.start].diagonal()] += h * model.dofs[d].damping;
     }
-    if !model.opt.flags.actuation {
-        return;
-    }
-    for (actuator, &force) in model.actuators.iter().zip(actuator_force.iter()) {
-        let first = model.joints[actuator.joint].dofadr;
+    let acting = if model.opt.flags.actuation { &model.actuators[..] } else { &[] };
+    for (i, actuator) in acting.iter().enumerate() {
+        let gain = actuation::velocity_gain(model, data, i);
+        if gain == 0.0 {
+            continue;
+        }
+        if let Some(at) = plan.moments[i] {
+            let moment = &moments[at..at + model.nv][dofs.clone()];
+            for (row, a) in rows.iter().zip(moment).filter(|(_, a)| **a != 0.0) {
+                for (m, entry) in qh[row.entries()].iter_mut().zip(plan.pattern.entries(row)) {
+                    *m -= h * gain * a * moment[entry.column];
+                }
+            }
+            continue;
+        }
+        let (first, gear) = actuation::joint_gear(model, actuator);
         if dofs.contains(&first) {
-            let gear = actuation::gear(model, actuator);
-            let gain = actuation::velocity_gain(actuator, force);
             for (i, a) in gear.iter().enumerate() {
                 let row = &rows[first - dofs.start + i];
                 // The dofs of a joint follow one another on the way to the root.
@@ -138,6 +149,7 @@ fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
             }
         }
     }
+    data.stages.qh = qh;
 }
 
 /// Implicit acceleration of a body on a free joint that has armature, a spring, a damper or an actuator.

@@ -2,6 +2,7 @@
 
 use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
 use crate::data::Data;
+use crate::dynamics::actuation;
 use crate::forward::{Method, begin, forward};
 use crate::math::{Vec3, vec3};
 use crate::model::{JointKind, Model};
@@ -52,7 +53,10 @@ const WEIGHT: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let (h, time) = (method.timestep, state.time);
     begin(model, method, state, data);
-    let Data { stages: s, qacc, .. } = data;
+    let Data { stages: s, qacc, act_dot, .. } = data;
+    s.act.copy_from_slice(&state.act);
+    s.act_dot.fill(0.0);
+    add_scaled(&mut s.act_dot, WEIGHT[0], act_dot);
     s.qpos.copy_from_slice(&state.qpos);
     s.qvel.copy_from_slice(&state.qvel);
     s.rate.copy_from_slice(&state.qvel);
@@ -62,19 +66,24 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     add_scaled(&mut s.acc, WEIGHT[0], qacc);
     for (c, b) in STAGE.into_iter().zip(&WEIGHT[1..]) {
         let step = c * h;
-        let Data { stages: s, qacc, .. } = data;
+        let Data { stages: s, qacc, act_dot, .. } = data;
         state.time = time + step;
+        state.act.copy_from_slice(&s.act);
+        add_scaled(&mut state.act, step, act_dot);
         state.qpos.copy_from_slice(&s.qpos);
         displace(model, &mut state.qpos, &s.rate, step);
         state.qvel.copy_from_slice(&s.qvel);
         add_scaled(&mut state.qvel, step, qacc);
         correct(model, &state.qvel, step, &mut s.rate);
         forward(model, method, state, data);
-        let Data { stages: s, qacc, .. } = data;
+        let Data { stages: s, qacc, act_dot, .. } = data;
+        add_scaled(&mut s.act_dot, *b, act_dot);
         add_scaled(&mut s.vel, *b, &s.rate);
         add_scaled(&mut s.acc, *b, qacc);
     }
     let s = &data.stages;
+    state.act.copy_from_slice(&s.act);
+    actuation::advance(model, &s.act_dot, h, &mut state.act);
     state.qpos.copy_from_slice(&s.qpos);
     displace(model, &mut state.qpos, &s.vel, h);
     state.qvel.copy_from_slice(&s.qvel);

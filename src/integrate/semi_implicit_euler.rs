@@ -2,6 +2,7 @@
 
 use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
 use crate::data::Data;
+use crate::dynamics::actuation;
 use crate::forward::{Method, begin};
 use crate::model::Model;
 use crate::state::State;
@@ -44,6 +45,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
         add_scaled(&mut state.qvel, h, &data.qacc);
     }
     displace(model, &mut state.qpos, &state.qvel, h);
+    actuation::advance(model, &data.act_dot, h, &mut state.act);
     state.time += h;
 }
 

@@ -72,6 +72,11 @@ impl Reader<'_> {
             gravcomp: item.number("gravcomp"),
             ..Body::default()
         };
+        if body.mocap && context.depth > 0 {
+            let what = "only a body directly in `worldbody` can be placed from outside".to_string();
+            let problem = Problem::new(ProblemKind::Meaningless { what }, self.document.name_span(node, "mocap"));
+            self.problems.push(problem);
+        }
         let class = Some(item.word("childclass")).filter(|c| !c.is_empty()).unwrap_or(context.class);
         self.children(node, &mut body, &Context { class, frames: &no_frames(), depth: context.depth + 1 });
         Some(body)
@@ -130,6 +135,13 @@ impl Reader<'_> {
         if kind != JointKind::Free {
             self.limits(&item);
         }
+        let given = item.array::<2>("springdamper");
+        if given != [0.0; 2] && given.iter().any(|x| *x <= 0.0) {
+            let rule = "two positive numbers".to_string();
+            let word = format!("{} {}", given[0], given[1]);
+            let kind = ProblemKind::OutOfRange { attribute: "springdamper".into(), rule, word };
+            self.report(kind, self.document.value_span(node, "springdamper"));
+        }
         let joint = Joint {
             node,
             name: item.name(),
@@ -142,6 +154,10 @@ impl Reader<'_> {
             damping: item.number("damping"),
             armature: item.number("armature"),
             frictionloss: item.number("frictionloss"),
+            springdamper: item.optional("springdamper").filter(|given| *given != [0.0; 2]),
+            actuatorfrcrange: item.optional("actuatorfrcrange"),
+            actuatorfrclimited: item.maybe("actuatorfrclimited"),
+            actuatorgravcomp: item.yes("actuatorgravcomp"),
             range: item.optional("range"),
             limited: item.maybe("limited"),
             margin: item.number("margin"),
@@ -178,6 +194,10 @@ impl Reader<'_> {
             damping: 0.0,
             armature: 0.0,
             frictionloss: 0.0,
+            springdamper: None,
+            actuatorfrcrange: None,
+            actuatorfrclimited: None,
+            actuatorgravcomp: false,
             range: None,
             limited: None,
             margin: 0.0,
@@ -192,6 +212,10 @@ impl Reader<'_> {
 
     fn add_joint(&mut self, joint: Joint, body: &mut Body, context: &Context) {
         let span = self.document.span(joint.node);
+        if body.mocap && body.joints.is_empty() {
+            let what = "a body that is placed from outside (`mocap`) has no joints".to_string();
+            self.report(ProblemKind::Meaningless { what }, span);
+        }
         if joint.kind == JointKind::Free && context.depth > 1 {
             let problem = Problem::new(ProblemKind::FreeJointNested, span);
             let outer = self.document.span(body.node);
@@ -300,7 +324,7 @@ impl Reader<'_> {
         }
     }
 
-    fn conflict(&mut self, node: NodeId, one: &str, other: &str, help: &str) {
+    pub(super) fn conflict(&mut self, node: NodeId, one: &str, other: &str, help: &str) {
         let element = self.document.node(node).name.clone();
         let kind = ProblemKind::Conflict { element, one: one.into(), other: other.into() };
         self.problems.push(Problem::new(kind, self.document.name_span(node, other)).help(help));

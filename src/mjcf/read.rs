@@ -375,51 +375,142 @@ impl Reader<'_> {
         let item = self.item(node, "actuator", MAIN)?;
         let element = self.document.node(node).name.clone();
         let (kp, kv) = (item.number("kp"), item.number("kv"));
-        let (kind, gain, bias) = match element.as_str() {
-            "motor" => (ActuatorKind::Motor, 1.0, [0.0; 3]),
-            "position" => (ActuatorKind::Position, kp, [0.0, -kp, -kv]),
-            "velocity" => (ActuatorKind::Velocity, kv, [0.0, 0.0, -kv]),
-            _ => (ActuatorKind::General, item.array::<10>("gainprm")[0], self.bias(&item)),
+        let servo = ([kp, 0.0, 0.0], [0.0, -kp, -kv]);
+        let filter = item.number("timeconst");
+        let (kind, (gain, bias), activation) = match element.as_str() {
+            "motor" => (ActuatorKind::Motor, ([1.0, 0.0, 0.0], [0.0; 3]), Activation::None),
+            "position" if filter > 0.0 => (ActuatorKind::Position, servo, Activation::ExactFilter(filter)),
+            "position" => (ActuatorKind::Position, servo, Activation::None),
+            "velocity" => (ActuatorKind::Velocity, ([kv, 0.0, 0.0], [0.0, 0.0, -kv]), Activation::None),
+            "intvelocity" => (ActuatorKind::IntVelocity, servo, Activation::Integrator),
+            "damper" => (ActuatorKind::Damper, ([0.0, 0.0, -kv], [0.0; 3]), Activation::None),
+            "cylinder" => {
+                let circle = 0.25 * std::f64::consts::PI * item.number("diameter").powi(2);
+                let area = if item.given("diameter") { circle } else { item.number("area") };
+                (ActuatorKind::Cylinder, ([area, 0.0, 0.0], item.array("bias")), Activation::Filter(filter))
+            }
+            _ => (ActuatorKind::General, (self.gain(&item), self.bias(&item)), self.activation(&item)),
         };
-        if item.word("joint").is_empty()
-            && !item.row.typed_attributes().any(|c| targets_other(c.name) && item.given(c.name))
-        {
-            let kind = ProblemKind::MissingAttribute { element, attribute: "joint".into() };
-            self.report(kind, self.document.span(node));
+        if element == "damper" && item.array::<2>("ctrlrange").iter().any(|x| *x < 0.0) {
+            let what = "a damper takes no negative control".to_string();
+            self.meaningless(node, "ctrlrange", what, "give a range from zero upwards");
+        }
+        if item.number("dampratio") > 0.0 && kv > 0.0 {
+            self.conflict(node, "dampratio", "kv", "either says how the actuator is damped");
+        }
+        let range = if activation == Activation::Integrator { "actrange" } else { "ctrlrange" };
+        if item.number("inheritrange") > 0.0 && item.array(range) != [0.0; 2] {
+            self.conflict(node, "inheritrange", range, "either says the range");
+        }
+        if activation == Activation::None && (item.maybe("actlimited") == Some(true) || item.given("actrange")) {
+            let what = "an actuator without dynamics has no activation".to_string();
+            self.meaningless(node, "actrange", what, "give it a `dyntype`");
+        }
+        if item.array::<3>("damping")[1..] != [0.0; 2] {
+            let lost = "only its first coefficient would count".to_string();
+            let kind = ProblemKind::Unsupported { name: "damping".into(), lost };
+            self.problems.push(Problem::new(kind, self.document.value_span(node, "damping")).help("give one number"));
         }
         Some(Actuator {
             node,
             name: item.name(),
             kind,
-            joint: item.word("joint").to_string(),
+            transmission: self.transmission(&item, &element),
             gear: item.array("gear"),
             ctrlrange: item.optional("ctrlrange"),
-            ctrllimited: item.maybe("ctrllimited"),
+            // A damper needs a range.
+            ctrllimited: if element == "damper" { Some(true) } else { item.maybe("ctrllimited") },
             forcerange: item.optional("forcerange"),
             forcelimited: item.maybe("forcelimited"),
+            actrange: item.optional("actrange"),
+            actlimited: item.maybe("actlimited"),
+            activation,
+            actearly: item.yes("actearly"),
             gain,
             bias,
+            dampratio: item.number("dampratio"),
+            inheritrange: item.number("inheritrange"),
+            damping: item.array::<3>("damping")[0],
+            armature: item.number("armature"),
         })
+    }
+
+    /// The first of joint, jointinparent and site that is given.
+    fn transmission(&mut self, item: &Item, element: &str) -> Transmission {
+        let word = |name: &str| item.word(name).to_string();
+        if item.given("refsite") && !item.given("site") {
+            self.meaningless(item.node, "refsite", "`refsite` needs a `site`".to_string(), "");
+        }
+        if item.given("joint") {
+            return Transmission::Joint(word("joint"));
+        }
+        if item.given("jointinparent") {
+            return Transmission::JointInParent(word("jointinparent"));
+        }
+        if item.given("site") {
+            return Transmission::Site {
+                site: word("site"),
+                reference: item.given("refsite").then(|| word("refsite")),
+            };
+        }
+        if !item.row.typed_attributes().any(|c| targets_other(c.name) && item.given(c.name)) {
+            let kind = ProblemKind::MissingAttribute { element: element.into(), attribute: "joint".into() };
+            self.report(kind, self.document.span(item.node));
+        }
+        Transmission::None
+    }
+
+    fn meaningless(&mut self, node: NodeId, attribute: &str, what: String, help: &str) {
+        let problem = Problem::new(ProblemKind::Meaningless { what }, self.document.name_span(node, attribute));
+        self.problems.push(if help.is_empty() { problem } else { problem.help(help) });
+    }
+
+    fn activation(&mut self, item: &Item) -> Activation {
+        let [tau] = item.array("dynprm");
+        match item.word("dyntype") {
+            "none" => Activation::None,
+            "integrator" => Activation::Integrator,
+            "filter" => Activation::Filter(tau),
+            "filterexact" => Activation::ExactFilter(tau),
+            _ => {
+                self.unknown_type(item, "dyntype", "use `none`, `integrator`, `filter` or `filterexact`");
+                Activation::None
+            }
+        }
+    }
+
+    fn gain(&mut self, item: &Item) -> [f64; 3] {
+        match item.word("gaintype") {
+            "fixed" => [item.array::<10>("gainprm")[0], 0.0, 0.0],
+            "affine" => item.array("gainprm"),
+            _ => {
+                self.unknown_type(item, "gaintype", "use `fixed` or `affine`");
+                [0.0; 3]
+            }
+        }
     }
 
     fn bias(&mut self, item: &Item) -> [f64; 3] {
         match item.word("biastype") {
             "none" => [0.0; 3],
             "affine" => item.array("biasprm"),
-            other => {
-                let lost = "the bias force would be missing".to_string();
-                let kind = ProblemKind::Unsupported { name: other.into(), lost };
-                let span = self.document.value_span(item.node, "biastype");
-                self.problems.push(Problem::new(kind, span).help("use `none` or `affine`"));
+            _ => {
+                self.unknown_type(item, "biastype", "use `none` or `affine`");
                 [0.0; 3]
             }
         }
+    }
+
+    fn unknown_type(&mut self, item: &Item, attribute: &str, help: &str) {
+        let lost = "the actuator's force would be missing".to_string();
+        let kind = ProblemKind::Unsupported { name: item.word(attribute).into(), lost };
+        self.problems.push(Problem::new(kind, self.document.value_span(item.node, attribute)).help(help));
     }
 }
 
 /// Transmissions that Penny lacks; using one was reported.
 fn targets_other(attribute: &str) -> bool {
-    matches!(attribute, "jointinparent" | "tendon" | "site" | "refsite" | "slidersite" | "cranksite" | "body")
+    matches!(attribute, "tendon" | "slidersite" | "cranksite" | "body")
 }
 
 const MAX_NUMERIC: usize = 1_000_000;
@@ -491,5 +582,8 @@ fn keyframe(item: &Item) -> Keyframe {
         qpos: list("qpos"),
         qvel: list("qvel"),
         ctrl: list("ctrl"),
+        act: list("act"),
+        mpos: list("mpos"),
+        mquat: list("mquat"),
     }
 }

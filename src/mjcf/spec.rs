@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::document::NodeId;
-pub use crate::kind::{ActuatorKind, Cone, GeomKind, JointKind, SensorKind};
+pub use crate::kind::{Activation, ActuatorKind, Cone, GeomKind, JointKind, SensorKind};
 
 #[derive(Clone, Debug)]
 pub struct Spec {
@@ -124,6 +124,11 @@ pub struct Joint {
     pub damping: f64,
     pub armature: f64,
     pub frictionloss: f64,
+    /// Time constant (s) and damping ratio from which stiffness and damping follow.
+    pub springdamper: Option<[f64; 2]>,
+    pub actuatorfrcrange: Option<[f64; 2]>,
+    pub actuatorfrclimited: Option<bool>,
+    pub actuatorgravcomp: bool,
     pub range: Option<[f64; 2]>,
     /// `None` is "auto".
     pub limited: Option<bool>,
@@ -216,15 +221,39 @@ pub struct Actuator {
     pub node: NodeId,
     pub name: Option<String>,
     pub kind: ActuatorKind,
-    pub joint: String,
+    pub transmission: Transmission,
     pub gear: [f64; 6],
     pub ctrlrange: Option<[f64; 2]>,
     pub ctrllimited: Option<bool>,
     pub forcerange: Option<[f64; 2]>,
     pub forcelimited: Option<bool>,
-    /// force = gain · ctrl + bias · (1, length, velocity)
-    pub gain: f64,
+    pub actrange: Option<[f64; 2]>,
+    pub actlimited: Option<bool>,
+    pub activation: Activation,
+    pub actearly: bool,
+    /// force = gain · (1, length, velocity) · input + bias · (1, length, velocity)
+    pub gain: [f64; 3],
     pub bias: [f64; 3],
+    /// Damping in place of −bias[2], in units of critical damping; 0: as bias says.
+    pub dampratio: f64,
+    /// The range of controls (or of activations) is that of the joint times this; 0: it is not.
+    pub inheritrange: f64,
+    /// Added to the joint, times gear².
+    pub damping: f64,
+    pub armature: f64,
+}
+
+/// What an actuator acts on, by name.
+#[derive(Clone, Debug)]
+pub enum Transmission {
+    Joint(String),
+    JointInParent(String),
+    Site {
+        site: String,
+        reference: Option<String>,
+    },
+    /// None that Penny has, which was reported.
+    None,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -235,6 +264,9 @@ pub struct Keyframe {
     pub qpos: Option<Vec<f64>>,
     pub qvel: Option<Vec<f64>>,
     pub ctrl: Option<Vec<f64>>,
+    pub act: Option<Vec<f64>>,
+    pub mpos: Option<Vec<f64>>,
+    pub mquat: Option<Vec<f64>>,
 }
 
 #[derive(Clone, Debug)]

@@ -22,7 +22,7 @@ const fn nuser(name: &'static str) -> Attribute {
 }
 
 const NOT_IN_LAW: &str = "the force of contacts would differ";
-const ONLY_JOINTS: &str = "Penny's actuators act on joints";
+const NO_TRANSMISSION: &str = "Penny's actuators act on joints and sites";
 
 /// All elements of MJCF.
 pub const SCHEMA: &[Element] = &[
@@ -214,8 +214,7 @@ pub const SCHEMA: &[Element] = &[
     // Default classes.
     element("default", "mujoco default", &[&[text("class")]]),
     // Of what Penny cannot use anyway, the defaults do not matter.
-    silent("equality tendon intvelocity orientation pid damper cylinder muscle adhesion dcmotor", "default", "*")
-        .once(),
+    silent("equality tendon orientation pid muscle adhesion dcmotor", "default", "*").once(),
     // Bodies.
     element("worldbody", "mujoco", &[]),
     element(
@@ -224,11 +223,7 @@ pub const SCHEMA: &[Element] = &[
         &[
             &[name("body"), class("childclass"), POS],
             ORIENTATION,
-            &[
-                keyword("mocap", BOOL, "false").ignored("nothing can move this body, it stays where it is"),
-                number("gravcomp", "0", "1").unsupported("the body would feel its full weight", "leave it out"),
-                user(),
-            ],
+            &[keyword("mocap", BOOL, "false"), number("gravcomp", "0", "1"), user()],
         ],
     )
     .and("fuse simple sleep"),
@@ -283,18 +278,15 @@ pub const SCHEMA: &[Element] = &[
             solimp("solimplimit"),
             solref("solreffriction"),
             solimp("solimpfriction"),
-            numbers("springdamper", 2, "0 0", "s, 1")
-                .unsupported("the joint would have no spring", "give `stiffness` and `damping`"),
+            numbers("springdamper", 2, "0 0", "s, 1"),
             number("springyield", "0", "N or N m").unsupported("the spring would never yield", "leave it out"),
-            numbers("actuatorfrcrange", 2, "0 0", "N or N m").may_be_infinite().unsupported(
-                "the joint's actuators would not be limited together",
-                "give each actuator a `forcerange`",
-            ),
+            numbers("actuatorfrcrange", 2, "0 0", "N or N m").may_be_infinite(),
+            keyword("actuatorfrclimited", AUTO, "auto"),
+            keyword("actuatorgravcomp", BOOL, "false"),
             user(),
         ]],
     )
-    // Without gravity compensation and a total force range these change nothing.
-    .and("group actuatorfrclimited actuatorgravcomp"),
+    .and("group"),
     element("freejoint", REAL_WORLD, &[&[name("joint"), keyword("align", AUTO, "auto")]]).and("group"),
     element(
         "geom",
@@ -422,53 +414,91 @@ pub const SCHEMA: &[Element] = &[
     ),
     // Actuators.
     element("actuator", "mujoco", &[]),
-    element("motor", "actuator default", &[ACTUATOR]).and("group interp"),
+    element("motor", "actuator default", &[ACTUATOR, CTRLLIMITED]).and("group interp"),
     element(
         "position",
         "actuator default",
         &[
             ACTUATOR,
+            CTRLLIMITED,
             &[
                 number("kp", "1", "N/m or N m/rad"),
                 number("kv", "0", "N s/m or N m s/rad").not_negative(),
-                number("dampratio", "0", "1").unsupported("the actuator would not be damped", "give `kv`"),
-                number("timeconst", "0", "s").unsupported("the control signal would not be filtered", "leave it out"),
-                number("inheritrange", "0", "1").unsupported("the control range would be missing", "give `ctrlrange`"),
+                number("dampratio", "0", "1").not_negative(),
+                number("timeconst", "0", "s").not_negative(),
+                number("inheritrange", "0", "1").not_negative(),
             ],
         ],
     )
     .and("group interp"),
-    element("velocity", "actuator default", &[ACTUATOR, &[number("kv", "1", "N s/m or N m s/rad")]])
+    element("velocity", "actuator default", &[ACTUATOR, CTRLLIMITED, &[number("kv", "1", "N s/m or N m s/rad")]])
         .and("group interp"),
+    element(
+        "intvelocity",
+        "actuator default",
+        &[
+            ACTUATOR,
+            CTRLLIMITED,
+            &[
+                number("kp", "1", "N/m or N m/rad"),
+                number("kv", "0", "N s/m or N m s/rad").not_negative(),
+                number("dampratio", "0", "1").not_negative(),
+                numbers("actrange", 2, "0 0", "m or rad").may_be_infinite(),
+                keyword("actlimited", AUTO, "auto"),
+                number("inheritrange", "0", "1").not_negative(),
+            ],
+        ],
+    )
+    .and("group interp"),
+    element("damper", "actuator default", &[ACTUATOR, &[number("kv", "1", "N s/m or N m s/rad").not_negative()]])
+        .and("group interp"),
+    element(
+        "cylinder",
+        "actuator default",
+        &[
+            ACTUATOR,
+            CTRLLIMITED,
+            &[
+                number("timeconst", "1", "s"),
+                number("area", "1", "m²"),
+                number("diameter", "0", "m"),
+                up_to("bias", 3, "0 0 0", "N, N/m, N s/m"),
+            ],
+        ],
+    )
+    .and("group interp"),
     element(
         "general",
         "actuator default",
         &[
             ACTUATOR,
+            CTRLLIMITED,
             &[
                 keyword(
                     "dyntype",
                     &["none", "integrator", "filter", "filterexact", "pid", "dcmotor", "muscle", "user"],
                     "none",
-                )
-                .unsupported("the actuator would have no dynamics of its own", "leave it out"),
-                keyword("gaintype", &["fixed", "affine", "muscle", "dcmotor", "pid", "so3", "user"], "fixed")
-                    .unsupported("the gain would not depend on the joint", "use `fixed`, with an affine bias"),
+                ),
+                keyword("gaintype", &["fixed", "affine", "muscle", "dcmotor", "pid", "so3", "user"], "fixed"),
                 keyword("biastype", &["none", "affine", "muscle", "dcmotor", "so3", "user"], "none"),
+                up_to("dynprm", 10, "1 0 0 0 0 0 0 0 0 0", ""),
                 up_to("gainprm", 10, "1 0 0 0 0 0 0 0 0 0", ""),
                 up_to("biasprm", 10, "0 0 0 0 0 0 0 0 0 0", ""),
-                number("inheritrange", "0", "1").unsupported("the control range would be missing", "give `ctrlrange`"),
-                text("input").unsupported("the input would be missing", "leave it out"),
-                reference("body", "body").unsupported("the actuator would act on nothing", ONLY_JOINTS),
+                numbers("actrange", 2, "0 0", "").may_be_infinite(),
+                keyword("actlimited", AUTO, "auto"),
+                keyword("actearly", BOOL, "false"),
+                number("inheritrange", "0", "1").not_negative(),
+                text("input").without_effect(),
+                reference("body", "body").unsupported("the actuator would act on nothing", NO_TRANSMISSION),
             ],
         ],
     )
-    .and("group interp actdim actlimited actrange actearly dynprm velrange ffrange"),
+    .and("group interp actdim velrange ffrange"),
     unsupported(
-        "intvelocity orientation pid damper cylinder muscle adhesion dcmotor plugin",
+        "orientation pid muscle adhesion dcmotor plugin",
         "actuator",
         "its force would be missing",
-        "use `motor`, `position`, `velocity` or `general`",
+        "use `motor`, `position`, `velocity`, `intvelocity`, `damper`, `cylinder` or `general`",
     ),
     // Sensors.
     element("sensor", "mujoco", &[]),
@@ -553,9 +583,9 @@ pub const SCHEMA: &[Element] = &[
             list("qpos", "m, 1, rad"),
             list("qvel", "m/s, rad/s"),
             list("ctrl", ""),
-            list("act", "").unsupported("actuators have no state of their own", "leave it out"),
-            list("mpos", "m").unsupported("nothing moves mocap bodies", "leave it out"),
-            list("mquat", "1").unsupported("nothing moves mocap bodies", "leave it out"),
+            list("act", ""),
+            list("mpos", "m"),
+            list("mquat", "1"),
         ]],
     )
     .and("plastic"),
@@ -575,24 +605,25 @@ const SENSOR: &[Attribute] = &[
     user(),
 ];
 
+const CTRLLIMITED: &[Attribute] = &[keyword("ctrllimited", AUTO, "auto")];
+
 const ACTUATOR: &[Attribute] = &[
     name("actuator"),
     class("class"),
     reference("joint", "joint"),
-    reference("jointinparent", "joint").unsupported("the force would act in the wrong frame", "use `joint`"),
-    reference("tendon", "tendon").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    reference("site", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    reference("refsite", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    reference("slidersite", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
-    reference("cranksite", "site").unsupported("the actuator would act on nothing", ONLY_JOINTS),
+    reference("jointinparent", "joint"),
+    reference("tendon", "tendon").unsupported("the actuator would act on nothing", NO_TRANSMISSION),
+    reference("site", "site"),
+    reference("refsite", "site"),
+    reference("slidersite", "site").unsupported("the actuator would act on nothing", NO_TRANSMISSION),
+    reference("cranksite", "site").unsupported("the actuator would act on nothing", NO_TRANSMISSION),
     numbers("lengthrange", 2, "0 0", "").may_be_infinite().without_effect(),
     up_to("gear", 6, "1 0 0 0 0 0", ""),
     numbers("ctrlrange", 2, "0 0", "").may_be_infinite(),
-    keyword("ctrllimited", AUTO, "auto"),
     numbers("forcerange", 2, "0 0", "N or N m").may_be_infinite(),
     keyword("forcelimited", AUTO, "auto"),
-    up_to("damping", 3, "0 0 0", "").unsupported("the actuator would not be damped", "give the joint a `damping`"),
-    number("armature", "0", "").unsupported("the rotor would have no inertia", "give the joint an `armature`"),
+    up_to("damping", 3, "0 0 0", "N s/m or N m s/rad").not_negative(),
+    number("armature", "0", "kg or kg m²").not_negative(),
     number("delay", "0", "s").unsupported("the control signal would not be delayed", "leave it out"),
     integer("nsample", "0").without_effect(),
     number("cranklength", "0", "m").without_effect(),

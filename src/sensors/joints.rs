@@ -36,8 +36,8 @@ pub fn limit(state: &State, data: &Data, kind: SensorKind, joint: usize) -> f64 
 /// Length and velocity of the transmission, and the force before the gear.
 pub fn actuator(model: &Model, state: &State, data: &Data, kind: SensorKind, actuator: usize) -> f64 {
     match kind {
-        SensorKind::ActuatorPos => actuation::length(model, &model.actuators[actuator], &state.qpos),
-        SensorKind::ActuatorVel => actuation::velocity(model, &model.actuators[actuator], &state.qvel),
+        SensorKind::ActuatorPos => actuation::length(model, state, data, actuator),
+        SensorKind::ActuatorVel => actuation::velocity(model, state, data, actuator),
         _ => data.actuator_force[actuator],
     }
 }

@@ -48,6 +48,12 @@ struct Start {
     qvel: Vec<f64>,
     #[serde(default)]
     ctrl: Vec<f64>,
+    #[serde(default)]
+    act: Vec<f64>,
+    #[serde(default)]
+    mocap_pos: Vec<f64>,
+    #[serde(default)]
+    mocap_quat: Vec<f64>,
 }
 
 impl Start {
@@ -56,6 +62,9 @@ impl Start {
         state.qpos.clone_from(&self.qpos);
         state.qvel.clone_from(&self.qvel);
         state.ctrl.clone_from(&self.ctrl);
+        state.act.clone_from(&self.act);
+        state.mocap_pos = self.mocap_pos.as_chunks().0.to_vec();
+        state.mocap_quat = self.mocap_quat.as_chunks().0.to_vec();
         state
     }
 }
@@ -96,14 +105,29 @@ fn compiled(model: &Model, what: &str) -> Vec<f64> {
         "body_quat" => model.bodies.iter().flat_map(|b| wxyz(&b.quat)).collect(),
         "geom_pos" => flat(model.geoms.iter().map(|g| g.pos)),
         "geom_quat" => model.geoms.iter().flat_map(|g| wxyz(&g.quat)).collect(),
+        "actuator_biasprm" => padded(model.actuators.iter().map(|a| a.bias)),
+        "actuator_ctrlrange" => model.actuators.iter().flat_map(|a| a.ctrlrange.unwrap_or_default()).collect(),
+        "actuator_actrange" => model.actuators.iter().flat_map(|a| a.actrange.unwrap_or_default()).collect(),
+        "jnt_stiffness" => model.joints.iter().map(|j| j.stiffness).collect(),
+        "dof_damping" => model.dofs.iter().map(|d| d.damping).collect(),
+        "dof_invweight0" => model.dofs.iter().map(|d| d.invweight0).collect(),
         _ => panic!("{what}"),
     }
+}
+
+/// Three parameters as MuJoCo has them, in a row of ten.
+fn padded(parameters: impl Iterator<Item = [f64; 3]>) -> Vec<f64> {
+    parameters.flat_map(|[a, b, c]| [a, b, c, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect()
 }
 
 fn computed(data: &Data, what: &str) -> Vec<f64> {
     match what {
         "sensordata" => data.sensordata.clone(),
         "xpos" => flat(data.xpos.iter().copied()),
+        "actuator_force" => data.actuator_force.clone(),
+        "qacc" => data.qacc.clone(),
+        "act_dot" => data.act_dot.clone(),
+        "qfrc_passive" => data.qfrc_passive.clone(),
         "qfrc_actuator" => data.qfrc_actuator.clone(),
         _ => panic!("{what}"),
     }
@@ -114,6 +138,7 @@ fn end(state: &State, data: &Data, what: &str) -> Vec<f64> {
         "sensordata" => data.sensordata.clone(),
         "qpos" => state.qpos.clone(),
         "qvel" => state.qvel.clone(),
+        "act" => state.act.clone(),
         _ => panic!("{what}"),
     }
 }
@@ -175,4 +200,9 @@ fn replicas_are_mujocos() {
 #[test]
 fn sensors_are_mujocos() {
     check(include_str!("../golden/sensors.json"));
+}
+
+#[test]
+fn actuators_and_mocap_bodies_are_mujocos() {
+    check(include_str!("../golden/actuation.json"));
 }

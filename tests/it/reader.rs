@@ -275,7 +275,7 @@ fn pairs_actuators_and_custom_data_are_read_as_mujoco_reads_them() {
             "ctrlrange": actuators.iter().map(|a| a.ctrlrange.unwrap_or_default()).collect::<Vec<_>>(),
             "forcelimited": actuators.iter().map(|a| limited(a.forcelimited, a.forcerange)).collect::<Vec<_>>(),
             "forcerange": actuators.iter().map(|a| a.forcerange.unwrap_or_default()).collect::<Vec<_>>(),
-            "gainprm": actuators.iter().map(|a| ten(&[a.gain])).collect::<Vec<_>>(),
+            "gainprm": actuators.iter().map(|a| ten(&a.gain)).collect::<Vec<_>>(),
             "biasprm": actuators.iter().map(|a| ten(&a.bias)).collect::<Vec<_>>(),
         });
         assert_eq!(ours, json!(golden.actuator), "{}", golden.name);
@@ -330,6 +330,12 @@ fn scene_with(element: &str, attribute: &str) -> String {
             if more.is_empty() || !always.contains(more.split('=').next().unwrap()) { always } else { "" }
         )
     };
+    // Of an actuator: what it acts on, unless the attribute says.
+    let target = match attribute.split('=').next() {
+        Some("joint" | "jointinparent" | "site") => "",
+        Some("refsite") => "site='site'",
+        _ => "joint='joint'",
+    };
     let only = |name: &str, always: &str| if name == element { tag(name, always) } else { String::new() };
     format!(
         "<mujoco {root}>{size}{compiler}{option}<option>{flag}</option>
@@ -340,7 +346,7 @@ fn scene_with(element: &str, attribute: &str) -> String {
           <frame {frame}><geom size='1'/></frame></body>
           {replicate}<body {body}><geom size='1'/></body><body>{freejoint}<geom size='1'/></body></worldbody>
         <contact>{pair}{exclude}</contact>
-        <actuator>{motor}{position}{velocity}{general}<motor name='other' joint='other'/></actuator><sensor>{sensor}</sensor>
+        <actuator>{motor}{position}{velocity}{intvelocity}{damper}{cylinder}{general}<motor name='other' joint='other'/></actuator><sensor>{sensor}</sensor>
         <custom>{numeric}{text}</custom><keyframe>{key}</keyframe></mujoco>",
         root = if element == "mujoco" { attribute } else { "" },
         frame = if element == "frame" { attribute } else { "" },
@@ -363,10 +369,13 @@ fn scene_with(element: &str, attribute: &str) -> String {
         sensor = sensor(element, attribute),
         pair = only("pair", "geom1='geom' geom2='other'"),
         exclude = only("exclude", "body1='world' body2='body'"),
-        motor = if element == "motor" { only("motor", "joint='joint'") } else { "<motor name='actuator' joint='joint'/>".into() },
-        position = only("position", "joint='joint'"),
-        velocity = only("velocity", "joint='joint'"),
-        general = only("general", "joint='joint' biastype='affine'"),
+        intvelocity = only("intvelocity", target),
+        damper = only("damper", &format!("{target} ctrlrange='0 1'")),
+        cylinder = only("cylinder", target),
+        motor = if element == "motor" { only("motor", target) } else { "<motor name='actuator' joint='joint'/>".into() },
+        position = only("position", target),
+        velocity = only("velocity", target),
+        general = only("general", &format!("{target} biastype='affine' dyntype='filter'")),
         numeric = only("numeric", "name='numeric' data='1'"),
         text = only("text", "name='text' data='a'"),
         key = only("key", ""),

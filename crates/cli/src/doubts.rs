@@ -63,8 +63,9 @@ fn beyond_limits(model: &Model, state: &State, when: &str) -> Option<String> {
 fn targets(model: &Model, state: &State, when: &str) -> Option<String> {
     let far = |i: usize| {
         let a = &model.actuators[i];
-        let joint = &model.joints[a.joint];
-        let place = a.bias[1] < 0.0 && (a.gain + a.bias[1]).abs() <= 1e-9 * a.gain.abs() && a.gear[0] != 0.0;
+        let j = a.transmission.joint()?;
+        let joint = &model.joints[j];
+        let place = a.bias[1] < 0.0 && (a.gain[0] + a.bias[1]).abs() <= 1e-9 * a.gain[0].abs() && a.gear[0] != 0.0;
         if !place || joint.kind != JointKind::Hinge {
             return None;
         }
@@ -75,7 +76,7 @@ fn targets(model: &Model, state: &State, when: &str) -> Option<String> {
                 "{name} asks for {} rad, {} turns of {}",
                 short(target),
                 short(target.abs() / (2.0 * PI)),
-                names::joint(model, a.joint)
+                names::joint(model, j)
             )
         })
     };

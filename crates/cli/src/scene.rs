@@ -277,10 +277,7 @@ fn apply_key(model: &Model, key: &str, state: &mut State) -> Result<(), Failure>
         let has = if model.keyframes.is_empty() { "it has none".into() } else { format!("it has {}", keys(model)) };
         return Err(Failure::Usage(format!("error: the scene has no keyframe `{key}`: {has}")));
     };
-    state.time = found.time;
-    state.qpos.clone_from(&found.qpos);
-    state.qvel.clone_from(&found.qvel);
-    state.ctrl.clone_from(&found.ctrl);
+    *state = State::at(model, found);
     Ok(())
 }
 

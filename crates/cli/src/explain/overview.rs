@@ -343,7 +343,7 @@ fn strongest(model: &Model, c: &Coordinate, weight: f64) -> (f64, String) {
         let a = &model.actuators[i];
         let (gear, [ctrl_low, ctrl_high]) = (a.gear[0], a.ctrlrange.unwrap_or([0.0; 2]));
         for (ctrl, end) in [(ctrl_low, low), (ctrl_high, high), (ctrl_low, high), (ctrl_high, low)] {
-            let mut force = a.gain * ctrl + a.bias[0] + a.bias[1] * gear * end;
+            let mut force = a.gain[0] * ctrl + a.bias[0] + a.bias[1] * gear * end;
             if let Some([least, most]) = a.forcerange {
                 force = force.clamp(least, most);
             }

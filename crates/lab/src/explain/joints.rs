@@ -34,7 +34,8 @@ pub fn coordinate(model: &Model, joint: usize) -> Option<Coordinate> {
         return None;
     }
     let dof = &model.dofs[j.dofadr];
-    let actuators: Vec<usize> = (0..model.actuators.len()).filter(|&a| model.actuators[a].joint == joint).collect();
+    let actuators: Vec<usize> =
+        (0..model.actuators.len()).filter(|&a| model.actuators[a].transmission.joint() == Some(joint)).collect();
     let on = model.opt.flags.actuation;
     let sum = |bias: usize| -> f64 {
         let of = |a: &usize| model.actuators[*a].gear[0].powi(2) * -model.actuators[*a].bias[bias];
@@ -131,12 +132,13 @@ pub fn actuator_potential(model: &Model, state: &State) -> f64 {
     }
     let mut sum = 0.0;
     for (i, a) in model.actuators.iter().enumerate() {
-        let j = &model.joints[a.joint];
-        if !matches!(j.kind, JointKind::Slide | JointKind::Hinge) {
+        // What has dynamics or gains that vary has no potential.
+        let Some(j) = a.transmission.joint().map(|j| &model.joints[j]) else { continue };
+        if !matches!(j.kind, JointKind::Slide | JointKind::Hinge) || a.act.is_some() || a.gain[1..] != [0.0; 2] {
             continue;
         }
         let length = a.gear[0] * state.qpos[j.qposadr];
-        let constant = a.gain * crate::record::clamped(model, i, state.ctrl[i]) + a.bias[0];
+        let constant = a.gain[0] * crate::record::clamped(model, i, state.ctrl[i]) + a.bias[0];
         let [low, high] = a.forcerange.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         let slope = a.bias[1];
         if slope == 0.0 {

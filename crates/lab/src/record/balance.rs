@@ -102,7 +102,8 @@ impl Balance {
             if actuator.forcerange.is_some_and(|[low, high]| force <= low || force >= high) {
                 continue;
             }
-            let (gain, joint) = (actuator.bias[2], &model.joints[actuator.joint]);
+            let Some(joint) = actuator.transmission.joint().map(|j| &model.joints[j]) else { continue };
+            let gain = actuator.bias[2] + actuator.gain[2] * data.actuator_input[i];
             let gears = || actuator.gear.iter().take(joint.kind.nv()).zip(joint.dofadr..);
             let change: f64 = gears().map(|(g, d)| g * (state.qvel[d] - self.before[d])).sum();
             let mean: f64 = gears().map(|(g, d)| 0.5 * g * (state.qvel[d] + self.before[d])).sum();

@@ -25,7 +25,7 @@ use penny::data::{Contact, Data, JointRowKind};
 use penny::dynamics;
 use penny::kind::SensorKind;
 use penny::math::{Vec3, Vec6};
-use penny::model::{GeomKind, JointKind, Model, Object, Sensor};
+use penny::model::{GeomKind, JointKind, Model, Object, Sensor, Transmission};
 use penny::state::State;
 
 /// One number of a state, with its name and unit.
@@ -254,7 +254,11 @@ pub fn quantities(model: &Model) -> Vec<Quantity> {
     }
     for (i, actuator) in model.actuators.iter().enumerate() {
         let name = names::actuator(model, i);
-        let unit = if model.joints[actuator.joint].kind == JointKind::Hinge { "N m" } else { "N" };
+        let unit = match actuator.transmission {
+            Transmission::Joint(j) | Transmission::JointInParent(j) if model.joints[j].kind != JointKind::Hinge => "N",
+            Transmission::Site { .. } => "N",
+            _ => "N m",
+        };
         add(format!("{name}.ctrl"), "", Group::Actuators, Source::Ctrl(i));
         add(format!("{name}.force"), unit, Group::Actuators, Source::Force(i));
     }
@@ -280,7 +284,9 @@ fn unit(model: &Model, sensor: &Sensor) -> &'static str {
     use SensorKind::*;
     let hinge = match sensor.object {
         Object::Joint(j) => model.joints[j].kind == JointKind::Hinge,
-        Object::Actuator(a) => model.joints[model.actuators[a].joint].kind == JointKind::Hinge,
+        Object::Actuator(a) => {
+            model.actuators[a].transmission.joint().is_some_and(|j| model.joints[j].kind == JointKind::Hinge)
+        }
         _ => false,
     };
     match sensor.kind {

@@ -74,7 +74,9 @@ impl Shape {
 ///
 /// Errors: none of the numbers of a run that has not diverged; else a number that JSON does not have.
 pub fn write_state(model: &Model, method: &Method, state: &State) -> Result<String, String> {
-    let numbers = [&state.qpos, &state.qvel, &state.ctrl, &state.qacc_warmstart].into_iter().flatten();
+    let placed = state.mocap_pos.iter().flatten().chain(state.mocap_quat.iter().flatten());
+    let lists = [&state.qpos, &state.qvel, &state.ctrl, &state.act, &state.qacc_warmstart];
+    let numbers = lists.into_iter().flatten().chain(placed);
     if !numbers.chain([&state.time]).all(|x| x.is_finite()) {
         return Err("the state has numbers that are not finite".to_owned());
     }
