@@ -242,8 +242,9 @@ pub fn keyframes(world: &World, spec: &Spec, log: &mut Log) -> Vec<Keyframe> {
                         _ => "zeros",
                     };
                     let (needs, given) = (layout::numbers(default.len()), layout::given(values.len()));
-                    let problem = ProblemKind::KeyframeShort { attribute, needs, given, rest };
-                    log.value_warning(key.node, attribute, problem, meaning(world, attribute));
+                    let problem = ProblemKind::KeyframeShort { attribute, needs, given };
+                    let help = format!("the rest is from {rest}; {}", meaning(world, attribute));
+                    log.value_warning(key.node, attribute, problem, help);
                 }
                 let mut filled = default;
                 filled[..values.len()].copy_from_slice(values);

@@ -251,8 +251,8 @@ pub enum ProblemKind {
     PairAtRest,
     #[error("`{attribute}` of this scene has {needs}, but {given} given")]
     KeyframeCount { attribute: &'static str, needs: String, given: String },
-    #[error("`{attribute}` of this scene has {needs}, but {given} given: MuJoCo fills up from {rest}")]
-    KeyframeShort { attribute: &'static str, needs: String, given: String, rest: &'static str },
+    #[error("`{attribute}` of this scene has {needs}, but {given} given: MuJoCo fills it up")]
+    KeyframeShort { attribute: &'static str, needs: String, given: String },
     #[error("`{name}` must be one number, zero or more")]
     NotOneCoefficient { name: String },
     #[error("`{name}` is no contact law")]

@@ -119,16 +119,15 @@ impl Reader<'_> {
         for column in item.row.typed_attributes() {
             if let (Kind::Reference(what), Some(Value::Text(name))) = (column.kind, item.values.get(column.name))
                 && self.document.attribute(item.node, column.name).is_none()
+                && !check::is_defined(self.names, what, name)
             {
-                if !check::is_defined(self.names, what, name) {
-                    let known = self.names.get(what).into_iter().flat_map(|of| of.keys().copied());
-                    let near = nearest(name, known);
-                    let kind = ProblemKind::UnknownReference { what: what.into(), name: name.clone() };
-                    let element = &self.document.node(item.node).name;
-                    let problem = Problem::new(kind, self.document.span(item.node))
-                        .help(format!("a default class gives it to this {element}"));
-                    self.problems.push(problem.suggest(near));
-                }
+                let known = self.names.get(what).into_iter().flat_map(|of| of.keys().copied());
+                let near = nearest(name, known);
+                let kind = ProblemKind::UnknownReference { what: what.into(), name: name.clone() };
+                let element = &self.document.node(item.node).name;
+                let problem = Problem::new(kind, self.document.span(item.node))
+                    .help(format!("a default class gives it to this {element}"));
+                self.problems.push(problem.suggest(near));
             }
         }
     }
