@@ -60,6 +60,11 @@ pub fn parse(name: &str, text: &str) -> Result<Scene, Failure> {
     compiled(mjcf::parse(name, text)?)
 }
 
+/// The same within limits of one's own.
+pub fn parse_within(name: &str, text: &str, limits: &mjcf::Limits) -> Result<Scene, Failure> {
+    compiled(mjcf::parse_within(name, text, limits)?)
+}
+
 /// What the system says of a failure, for people: without the number of the error.
 pub fn reason(error: impl std::fmt::Display) -> String {
     let text = error.to_string();

@@ -83,8 +83,12 @@ pub fn load_within(path: &Path, limits: &Limits) -> Result<Loaded, Failure> {
 
 /// Reads text as if it were the file `name`; included files are looked for beside it.
 pub fn parse(name: &str, text: &str) -> Result<Loaded, Failure> {
-    let limits = Limits::default();
-    finish(parse::parse(name, text, &limits), &limits)
+    parse_within(name, text, &Limits::default())
+}
+
+/// The same within limits of one's own.
+pub fn parse_within(name: &str, text: &str, limits: &Limits) -> Result<Loaded, Failure> {
+    finish(parse::parse(name, text, limits), limits)
 }
 
 fn finish((mut document, mut problems): (Document, Vec<Problem>), limits: &Limits) -> Result<Loaded, Failure> {

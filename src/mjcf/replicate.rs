@@ -8,6 +8,7 @@ use super::check::floats;
 use super::document::{Attribute, Document, Node, NodeId};
 use super::error::{Problem, ProblemKind};
 use super::limits::Limits;
+use super::parse::raise;
 use super::schema::{self, Kind};
 use super::spec::Compiler;
 use crate::math::{self, Quat, Vec3};
@@ -101,11 +102,19 @@ fn replicate(
         }
         pos += quat * offset;
     }
-    copy_references(document, root, names, &suffixes);
+    copy_references(document, root, node, names, &suffixes, limits, problems);
 }
 
 /// Copies what refers to one of the names: tendons first, since actuators refer to them, and sensors to all.
-fn copy_references(document: &mut Document, root: NodeId, mut names: Named, suffixes: &[String]) {
+fn copy_references(
+    document: &mut Document,
+    root: NodeId,
+    replicate: NodeId,
+    mut names: Named,
+    suffixes: &[String],
+    limits: &Limits,
+    problems: &mut Vec<Problem>,
+) {
     if names.is_empty() {
         return;
     }
@@ -121,6 +130,12 @@ fn copy_references(document: &mut Document, root: NodeId, mut names: Named, suff
         }
         names.extend(names_within(document, &copied));
         let Some(last) = nodes.last() else { continue };
+        let size: usize = copied.iter().map(|&child| size(document, child)).sum();
+        if size.saturating_mul(suffixes.len()).saturating_add(document.nodes.len()) > limits.elements {
+            let kind = ProblemKind::OverLimit { what: "elements", limit: limits.elements };
+            problems.push(Problem::new(kind, document.span(replicate)).help(raise("elements", limits.elements)));
+            return;
+        }
         for suffix in suffixes {
             for &child in &copied {
                 let copy = copy(document, child, &|what, name| names.contains(&(what, name.into())).then_some(suffix));

@@ -30,6 +30,7 @@ mod explain;
 mod extremes;
 mod features;
 mod implicit;
+mod fuzz;
 mod invariance;
 mod layers;
 mod models;

@@ -96,6 +96,13 @@ impl Log {
         if log.steps > MOST_STEPS {
             return Err(format!("this session says that it has {} steps; the most is {MOST_STEPS}", log.steps));
         }
+        let timesteps = log.inputs.iter().filter_map(|input| match input.change {
+            Change::Timestep(h) => Some(h),
+            _ => None,
+        });
+        if let Some(h) = timesteps.chain([log.timestep]).find(|h| !(h.is_finite() && *h > 0.0)) {
+            return Err(format!("this session is damaged: it has a timestep of {h} s"));
+        }
         if log.inputs.windows(2).any(|pair| pair[0].step > pair[1].step) {
             return Err("this session is damaged: its inputs are not in the order of their steps".to_owned());
         }
@@ -113,8 +120,9 @@ impl Log {
         let (mut h, mut from, mut sum) = (self.timestep, 0, 0.0);
         for input in &self.inputs {
             if let Change::Timestep(next) = input.change {
-                sum += h * (input.step - from) as f64;
-                (h, from) = (next, input.step);
+                let step = input.step.min(self.steps);
+                sum += h * step.saturating_sub(from) as f64;
+                (h, from) = (next, step);
             }
         }
         sum + h * self.steps.saturating_sub(from) as f64
