@@ -87,7 +87,7 @@ struct Check<'a> {
 }
 
 /// More comparisons of names are not made: who misspells thousands of them does not read a suggestion for each.
-const SUGGESTIONS: usize = 300_000;
+const SUGGESTIONS: usize = 200_000;
 
 impl<'a> Check<'a> {
     fn report(&mut self, kind: ProblemKind, span: Span) {
@@ -185,9 +185,9 @@ impl<'a> Check<'a> {
         row: &'static Element,
         in_default: bool,
     ) {
-        let (element, name) = (element.to_string(), attribute.name.clone());
         let Some(column) = row.attribute(&attribute.name) else {
             if !row.is_silent(&attribute.name) {
+                let (element, name) = (element.to_string(), attribute.name.clone());
                 let near = self.nearest(&name, row.attribute_names());
                 let of_joints = element == "freejoint"
                     && schema::find("body", "joint").is_some_and(|j| j.attribute(&name).is_some());
@@ -201,7 +201,8 @@ impl<'a> Check<'a> {
             return;
         };
         if in_default && !column.in_default {
-            return self.report(ProblemKind::NotInDefault { element, attribute: name }, attribute.name_span);
+            let (element, attribute_name) = (element.to_string(), attribute.name.clone());
+            return self.report(ProblemKind::NotInDefault { element, attribute: attribute_name }, attribute.name_span);
         }
         match column.kind {
             Kind::Name(_) if attribute.value.is_empty() => {}
@@ -231,6 +232,9 @@ impl<'a> Check<'a> {
 
     /// An attribute that Penny does not honour matters only where it differs from the default.
     fn status(&mut self, attribute: &Attribute, column: &schema::Attribute) {
+        if matches!(column.status, Status::Supported | Status::Silent) {
+            return;
+        }
         let same = match column.kind {
             Kind::Numbers(..) | Kind::Integers(..) => {
                 let default = floats(column.default);
@@ -454,11 +458,10 @@ impl<'a> Check<'a> {
 
     /// What a number must be, and then whether it is likely to be meant.
     fn rule(&mut self, attribute: &Attribute, column: &schema::Attribute, value: f64, word: &str, index: usize) {
-        let (name, text) = (attribute.name.clone(), word.to_string());
         let rule = match column.rule {
             Rule::MayBeInfinite if !value.is_nan() => return,
             _ if !value.is_finite() => {
-                let kind = ProblemKind::NotFinite { attribute: name, word: text };
+                let kind = ProblemKind::NotFinite { attribute: attribute.name.clone(), word: word.to_string() };
                 let help = suggestions::a_number(suggestions::unit_of(column.unit, index));
                 return self.wrong(kind, attribute, index, help);
             }
@@ -472,7 +475,7 @@ impl<'a> Check<'a> {
             Some(word.trim_start_matches('-')).filter(|_| value < 0.0 && !matches!(column.rule, Rule::OneOf(_)));
         let help = positive.map(|word| format!("did you mean `{word}`?")).or_else(|| hint(column));
         let problem = Problem::new(
-            ProblemKind::OutOfRange { attribute: name, rule, word: text },
+            ProblemKind::OutOfRange { attribute: attribute.name.clone(), rule, word: word.to_string() },
             self.document.word_span(attribute, index),
         );
         self.problems.push(Problem { help, ..problem });

@@ -1,7 +1,7 @@
 //! XML text to [`Document`]: quick-xml's events, made into a tree that keeps every place; includes spliced in.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeSet, HashMap};
 use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
 
@@ -371,7 +371,7 @@ impl Parser<'_> {
         let content: &str = tag;
         let base = file.span(content).start as usize;
         let mut out: Vec<Attribute> = Vec::new();
-        let mut by_name: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut by_name: HashMap<String, usize> = HashMap::new();
         // Whether one is given twice is looked at here, in a time that grows with their number only.
         for attribute in tag.attributes().with_checks(false) {
             match attribute {
@@ -379,7 +379,6 @@ impl Parser<'_> {
                     // quick-xml lends slices of the tag, so their place is a difference of addresses.
                     let key: &str = attribute.key.as_ref();
                     let key_at = base + key.as_ptr() as usize - content.as_ptr() as usize;
-                    let key = &content[key_at - base..key_at - base + key.len()];
                     if let Some(first) = earlier(&out, &mut by_name, key) {
                         let name_span = Span::new(file.number, key_at, key_at + key.len());
                         let kind = ProblemKind::DuplicateAttribute { attribute: key.to_string() };
@@ -637,19 +636,15 @@ fn inside(folder: &Path, root: &Path) -> bool {
 }
 
 /// Where an attribute of that name was given before, if it was. `by_name` is made once they are many.
-fn earlier<'t>(before: &[Attribute], by_name: &mut BTreeMap<&'t str, usize>, name: &'t str) -> Option<Span> {
+fn earlier(before: &[Attribute], by_name: &mut HashMap<String, usize>, name: &str) -> Option<Span> {
     const FEW: usize = 16;
     if before.len() < FEW {
-        by_name.insert(name, before.len());
         return before.iter().find(|a| a.name == name).map(|a| a.name_span);
     }
-    match by_name.entry(name) {
-        std::collections::btree_map::Entry::Occupied(first) => before.get(*first.get()).map(|a| a.name_span),
-        std::collections::btree_map::Entry::Vacant(place) => {
-            place.insert(before.len());
-            None
-        }
+    for i in by_name.len()..before.len() {
+        by_name.insert(before[i].name.clone(), i);
     }
+    by_name.get(name).map(|&i| before[i].name_span)
 }
 
 /// quick-xml's syntax errors, in our words.

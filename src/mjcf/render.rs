@@ -1,6 +1,6 @@
 //! Problems as text, with the lines they are about.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 
@@ -64,7 +64,7 @@ fn plural(n: usize) -> &'static str {
 
 /// Groups of problems that say the same, each in the order of places; small groups fall apart.
 fn alike(problems: &[Problem]) -> Vec<Vec<&Problem>> {
-    let mut groups: BTreeMap<(u32, &'static str, String), Vec<&Problem>> = BTreeMap::new();
+    let mut groups: HashMap<(u32, &'static str, String), Vec<&Problem>> = HashMap::new();
     for problem in problems {
         groups.entry((problem.span.file, problem.kind.code(), subject(&problem.kind))).or_default().push(problem);
     }

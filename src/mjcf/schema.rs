@@ -5,6 +5,9 @@
 //! warning, or *unsupported* with an error; the latter two say what is lost. Here are the columns; the rows are
 //! in `table.rs`.
 
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
 pub use super::table::SCHEMA;
 
 /// A row: one element, or several that differ only in name.
@@ -299,7 +302,14 @@ pub fn kind_named(objtype: &str) -> Option<&'static str> {
 
 /// The element of that name inside that parent.
 pub fn find(parent: &str, name: &str) -> Option<&'static Element> {
-    SCHEMA.iter().find(|row| row.is(name) && row.stands_in(parent))
+    static ROWS: LazyLock<HashMap<&'static str, Vec<&'static Element>>> = LazyLock::new(|| {
+        let mut rows: HashMap<&'static str, Vec<&'static Element>> = HashMap::new();
+        for row in SCHEMA {
+            row.names.split_ascii_whitespace().for_each(|name| rows.entry(name).or_default().push(row));
+        }
+        rows
+    });
+    ROWS.get(name)?.iter().copied().find(|row| row.stands_in(parent))
 }
 
 /// The names of all elements that may stand in that parent.

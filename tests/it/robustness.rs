@@ -494,3 +494,52 @@ fn a_foreign_python_is_not_waited_for_and_not_believed() {
         assert!(!said(&output).contains('\u{1b}'), "{name}: {}", said(&output));
     }
 }
+
+/// Times of a debug build on a busy machine; what grows with the square of the number takes minutes.
+#[test]
+fn work_grows_with_the_file_only() {
+    let many = |n: usize, each: &dyn Fn(usize) -> String| (0..n).map(each).collect::<String>();
+    let world = |inner: &str| format!("<mujoco><worldbody>{inner}</worldbody></mujoco>");
+    let geom = |i: usize| format!("<geom name='g{i}' size='.1'/>\n");
+    let body = |i: usize| format!("<body pos='{i} 0 0'><freejoint/>{}</body>", geom(i));
+    let cases = [
+        ("bodies", world(&("<geom type='plane' size='1 1 1'/>".to_owned() + &many(15_000, &body)))),
+        ("fixed geoms", world(&many(30_000, &geom))),
+        ("masks that never match", world(&many(5_000, &body).replace("size", "contype='2' conaffinity='4' size"))),
+        ("pairs", {
+            let pair = |i: usize| format!("<pair geom1='g{i}' geom2='g{}'/>", (i * 7 + 1) % 5_000);
+            let contact = format!("</worldbody><contact>{}</contact>", many(5_000, &pair));
+            world(&many(5_000, &body)).replace("</worldbody>", &contact)
+        }),
+        ("attributes", world(&format!("<geom size='1' {}/>", many(20_000, &|i| format!("a{i}='1' "))))),
+        ("errors", world(&many(30_000, &|i| format!("<geom size='1' fricton{i}='1'/>\n")))),
+        ("references", {
+            let exclude = |i: usize| format!("<exclude body1='x{i}' body2='y{i}'/>");
+            let contact = format!("</worldbody><contact>{}</contact>", many(10_000, &exclude));
+            world(&many(5_000, &body)).replace("</worldbody>", &contact)
+        }),
+        ("names", world(&many(20_000, &|_| "<geom name='a' size='1'/>".to_owned()))),
+        (
+            "text",
+            world(&(many(3_000, &|i| format!("<geom sise{i}='1'/>")) + &many(20_000, &|_| "x<geom size='1'/>".into()))),
+        ),
+        ("frames", {
+            let (open, close) = ("<frame euler='1 2 3'>".repeat(150), "</frame>".repeat(150));
+            world(&(open + &many(5_000, &geom) + &close))
+        }),
+        ("ends", format!("<mujoco>{}{}", "<a>".repeat(100), "</b>".repeat(30_000))),
+        ("planes", world(&(many(1_500, &body) + &"<geom type='plane' size='1 1 1'/>".repeat(1_500)))),
+    ];
+    let mut slow = String::new();
+    for (name, text) in cases {
+        let start = std::time::Instant::now();
+        let outcome = penny::parse("scene.xml", &text);
+        let report = outcome.err().map_or(0, |failure| failure.to_string().len());
+        let seconds = start.elapsed().as_secs_f64();
+        eprintln!("{name}: {seconds:.2} s, {} kB, report of {report} bytes", text.len() / 1000);
+        if seconds > 20.0 {
+            slow += &format!("{name}: {seconds:.1} s\n");
+        }
+    }
+    assert!(slow.is_empty(), "{slow}");
+}
