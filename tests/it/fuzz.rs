@@ -404,7 +404,7 @@ fn sessions() {
     let text = "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 1'><freejoint/><geom size='.1'/></body>\
                 </worldbody></mujoco>";
     let model = penny::parse("fuzz.xml", text).expect("fine").model;
-    let source = Source { path: "fuzz.xml".into(), hash: "0".into(), seed: 0 };
+    let source = Source { path: "fuzz.xml".into(), hash: "0".into(), seed: 0, text: None };
     let method = penny_view::open::method(&model).expect("fine");
     let mut session = Session::new(model.clone(), method, State::new(&model), source);
     use penny_view::log::Change;
