@@ -125,6 +125,12 @@ pub struct Options {
     pub flags: Flags,
     /// `<flag override="enable">`: for every contact, in place of what its geoms say.
     pub contact_override: Option<ContactOverride>,
+    /// Density of the medium, kg/m³.
+    pub density: f64,
+    /// Its viscosity, Pa s.
+    pub viscosity: f64,
+    /// Its velocity, m/s.
+    pub wind: Vec3,
     /// Magnetic flux density, which magnetometers measure, T.
     pub magnetic: Vec3,
 }
@@ -518,6 +524,13 @@ pub enum Transmission {
         /// In whose axes, and against what.
         reference: Option<usize>,
     },
+}
+
+impl Options {
+    /// Whether bodies move in a medium that they feel.
+    pub fn medium(&self) -> bool {
+        self.density > 0.0 || self.viscosity > 0.0
+    }
 }
 
 impl Transmission {

@@ -69,8 +69,11 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
         (bodies.collect::<Vec<_>>(), m.dofs.iter().map(|d| d.armature).collect::<Vec<_>>(), m.qpos0.clone())
     };
     let same = heavy(parts) == heavy(before);
+    let medium = parts.opt.medium();
     for tree in &mut parts.trees {
-        if tree.free.is_some() {
+        if medium {
+            tree.free = None;
+        } else if tree.free.is_some() {
             tree.free = masses::free_body(tree, &parts.bodies, &parts.joints, &parts.dofs);
         }
     }
@@ -129,6 +132,8 @@ fn sound(m: &Parts) -> Result<(), Invalid> {
     if !(m.opt.timestep.is_finite() && m.opt.timestep > 0.0) {
         return invalid(format!("the timestep cannot be {} s: it is above zero", m.opt.timestep));
     }
+    not_negative("density, viscosity", &[m.opt.density, m.opt.viscosity])?;
+    finite("wind", m.opt.wind.as_slice())?;
     not_negative("impratio, tolerance", &[m.opt.impratio, m.opt.tolerance])?;
     for body in &m.bodies {
         not_negative(&format!("the mass of body `{}`", body.name), &[body.mass])?;

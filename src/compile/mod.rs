@@ -36,6 +36,9 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     let (pairs, mixes) = pairs::find(&world, spec, opt.contact_override, &mut log);
     let actuators = controls::actuators(&world, spec, &mut log);
     controls::closed_forms(&mut world, &actuators);
+    if opt.medium() {
+        world.trees.iter_mut().for_each(|tree| tree.free = None);
+    }
     if log.errors.is_empty() {
         controls::rotors(&mut world, &actuators, spec);
     }
@@ -196,12 +199,22 @@ fn options(spec: &Spec) -> Options {
             solimp: option.o_solimp,
             margin: option.o_margin,
         }),
+        density: option.density,
+        viscosity: option.viscosity,
+        wind: option.wind.into(),
         magnetic: option.magnetic.into(),
     }
 }
 
 /// `implicit` is the same as `implicitfast` for free bodies and single joints only.
 fn check_integrator(model: &Model, spec: &Spec, log: &mut Log) {
+    if let (true, "implicit" | "implicitfast", Some(node)) =
+        (model.opt.medium(), spec.option.integrator.as_str(), spec.option.node)
+    {
+        let lost = "the forces of the medium would not be implicit".into();
+        let kind = ProblemKind::Unsupported { name: spec.option.integrator.clone(), lost };
+        log.value_error(node, "integrator", kind, "write `Euler` or `RK4`, or leave `density` and `viscosity` out");
+    }
     let name = &spec.option.integrator;
     if let (false, Some(node)) = (integrate::implicitfast::supports(model, name), spec.option.node) {
         let lost = "Coriolis forces between joints would not be implicit".into();

@@ -8,6 +8,7 @@ pub(crate) mod actuation;
 pub(crate) mod bias;
 pub mod energy;
 pub(crate) mod factor;
+mod fluid;
 pub(crate) mod free;
 pub(crate) mod inertia;
 pub(crate) mod kinematics;

@@ -1,5 +1,6 @@
 //! Springs and dampers in joints. Source: MuJoCo 4.0 manual, Computation › Passive forces.
 
+use super::fluid;
 use super::spatial::lin;
 use crate::data::Data;
 use crate::math::{Quat, Vec3, quat, vec3};
@@ -14,7 +15,7 @@ use crate::model::{Joint, JointKind, Model};
 /// Reads: qpos, qvel. Writes: qfrc_passive (nv).
 pub fn passive(model: &Model, qpos: &[f64], qvel: &[f64], data: &mut Data) {
     let Data { plan, qfrc_passive, .. } = data;
-    if plan.springs.is_empty() && plan.dampers.is_empty() && plan.gravcomp.is_empty() {
+    if plan.springs.is_empty() && plan.dampers.is_empty() && plan.gravcomp.is_empty() && plan.fluid.is_empty() {
         return;
     }
     qfrc_passive.fill(0.0);
@@ -30,6 +31,9 @@ pub fn passive(model: &Model, qpos: &[f64], qvel: &[f64], data: &mut Data) {
     }
     if !plan.gravcomp.is_empty() {
         compensate(model, data);
+    }
+    if !data.plan.fluid.is_empty() {
+        fluid::drag(model, qvel, data);
     }
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::factor::Pattern;
 use super::links::{Link, Mount, NONE, links, mount};
 use super::plane::Plane;
-use crate::math::{Mat3, Vec3, mat};
+use crate::math::{MIN_VAL, Mat3, Vec3, mat};
 use crate::model::{Actuator, Joint, JointKind, Model, Transmission, Tree};
 
 #[derive(Clone, Debug, Default)]
@@ -26,6 +26,8 @@ pub struct Plan {
     pub borne: Vec<usize>,
     /// Dofs where the sum of actuator forces is bounded.
     pub force_ranges: Vec<(usize, [f64; 2])>,
+    /// Bodies that feel the medium.
+    pub fluid: Vec<usize>,
     /// What is placed from outside: bodies with what is welded to them, and their geoms that can touch something.
     pub mocap: Vec<usize>,
     pub mocap_geoms: Vec<Posed>,
@@ -95,6 +97,9 @@ impl Plan {
         let weightless = flags.gravity && model.opt.gravity != Vec3::zeros() && (flags.spring || flags.damper);
         let gravcomp: Vec<usize> =
             (1..model.bodies.len()).filter(|&b| weightless && model.bodies[b].gravcomp != 0.0).collect();
+        let dragged = |b: &usize| model.bodies[*b].tree.is_some() && model.bodies[*b].mass >= MIN_VAL;
+        let in_medium = model.opt.medium() && (flags.spring || flags.damper);
+        let fluid = (1..model.bodies.len()).filter(|b| in_medium && dragged(b)).collect();
         let borne = |d: &usize| !gravcomp.is_empty() && model.joints[model.dofs[*d].joint].actgravcomp;
         let borne = (0..model.nv).filter(borne).collect();
         let force_range = |joint: &Joint| Some((joint.dofadr, joint.actfrcrange?));
@@ -118,6 +123,7 @@ impl Plan {
             gravcomp,
             borne,
             force_ranges: model.joints.iter().filter_map(force_range).collect(),
+            fluid,
             mocap: mocap(model),
             mocap_geoms: touching(model, false).into_iter().filter(|g| model.bodies[g.body].weld != 0).collect(),
             eulerdamp: flags.eulerdamp && damped.contains(&true),

@@ -33,7 +33,8 @@ pub fn supports(model: &Model, keyword: &str) -> bool {
 ///
 ///     M̂ dv = h M qacc,   M̂ = M + h D,   D = −∂(forces)/∂v,   v ← v + dv,   q ← q ⊕ h v
 ///
-/// D holds joint dampers and actuators, and for a body on a free joint the derivative of its bias force.
+/// D holds joint dampers and actuators, and for a body on a free joint the derivative of its bias force; forces of a medium
+/// stay explicit, so that a file which asks for both is refused.
 /// Source: MuJoCo 4.0 manual, Computation › Numerical integration › Integrators, Gyroscopic derivatives.
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;

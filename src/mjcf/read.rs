@@ -27,10 +27,12 @@ pub fn read(document: &Document, root: NodeId, names: &Names, problems: &mut Vec
     reader.inertiafromgeom = compiler.inertiafromgeom;
     reader.classes = Classes::read(document, &sections("default"), compiler.degree, reader.problems);
     let options = sections("option");
+    let option = reader.option(&options);
+    reader.medium = option.density > 0.0 || option.viscosity > 0.0;
     let mut spec = Spec {
         model_name: document.attribute(root, "model").map_or(String::new(), |a| a.value.clone()),
         compiler,
-        option: reader.option(&options),
+        option,
         flags: reader.flags(&options),
         world: Body { name: Some("world".to_string()), ..Body::default() },
         pairs: Vec::new(),
@@ -85,6 +87,8 @@ pub struct Reader<'a> {
     /// `<compiler inertiafromgeom>`
     pub inertiafromgeom: Option<bool>,
     classes: Classes,
+    /// Whether there is a medium.
+    pub medium: bool,
     /// `<size>`: how many `user` numbers an element may have, and the attribute that says so, by element.
     users: BTreeMap<&'static str, (&'static str, usize)>,
 }
@@ -92,7 +96,7 @@ pub struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn new(document: &'a Document, names: &'a Names<'a>, problems: &'a mut Vec<Problem>) -> Reader<'a> {
         let (classes, users) = Default::default();
-        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, users }
+        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, medium: false, users }
     }
 }
 
@@ -217,6 +221,9 @@ impl Reader<'_> {
             tolerance: item.number("tolerance"),
             iterations: item.number("iterations") as usize,
             magnetic: item.array("magnetic"),
+            density: item.number("density"),
+            viscosity: item.number("viscosity"),
+            wind: item.array("wind"),
             o_margin: item.number("o_margin"),
             o_solref: item.array("o_solref"),
             o_solimp: item.array("o_solimp"),

@@ -56,6 +56,10 @@ pub struct OptionSpec {
     pub tolerance: f64,
     pub iterations: usize,
     pub magnetic: [f64; 3],
+    /// Of the medium.
+    pub density: f64,
+    pub viscosity: f64,
+    pub wind: [f64; 3],
     /// Contact override (`<flag override>`): used only when that flag is enabled.
     pub o_margin: f64,
     pub o_solref: [f64; 2],

@@ -75,10 +75,9 @@ pub const SCHEMA: &[Element] = &[
             integer("iterations", "100").not_negative(),
             integer("noslip_iterations", "0")
                 .unsupported(NOT_IN_LAW, "leave it out; a large `impratio` reduces slip too"),
-            number("density", "0", "kg/m³").unsupported("bodies would feel no drag of the medium", "leave it out"),
-            number("viscosity", "0", "Pa s").unsupported("bodies would feel no drag of the medium", "leave it out"),
-            // Wind needs a medium.
-            numbers("wind", 3, "0 0 0", "m/s").without_effect(),
+            number("density", "0", "kg/m³").not_negative(),
+            number("viscosity", "0", "Pa s").not_negative(),
+            numbers("wind", 3, "0 0 0", "m/s"),
             numbers("magnetic", 3, "0 -0.5 0", "T"),
             number("o_margin", "0", "m"),
             solref("o_solref"),
@@ -326,13 +325,15 @@ pub const SCHEMA: &[Element] = &[
                 reference("hfield", "height field").in_default(),
                 numbers("surfacevel", 6, "0 0 0 0 0 0", "m/s, rad/s")
                     .unsupported("the surface would not move", "move the body instead"),
+                // Of interest only in a medium: judged there.
+                keyword("fluidshape", &["none", "ellipsoid"], "none").without_effect(),
                 number("adhesion", "0", "N").unsupported("contacts would not stick", "leave it out"),
                 user(),
             ],
         ],
     )
-    // Without a medium the fluid parameters change nothing; fitscale belongs to meshes.
-    .and("castshadow fitscale fluidcoef fluidshape"),
+    // fluidcoef belongs to ellipsoids in a medium, fitscale to meshes.
+    .and("castshadow fitscale fluidcoef"),
     element(
         "site",
         WITH_DEFAULT,

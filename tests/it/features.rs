@@ -206,3 +206,8 @@ fn sensors_are_mujocos() {
 fn actuators_and_mocap_bodies_are_mujocos() {
     check(include_str!("../golden/actuation.json"));
 }
+
+#[test]
+fn drag_of_a_medium_is_mujocos() {
+    check(include_str!("../golden/fluid.json"));
+}
