@@ -176,7 +176,7 @@ const WRIST: &str = r#"<mujoco><compiler angle="radian"/><option timestep="0.002
 #[test]
 fn a_servo_too_stiff_for_the_timestep_is_told_before_the_run() {
     let found = said(WRIST, "run", &["--ctrl", ".5", "--time", ".1"]);
-    let warning = "servo of joint roll gains energy without end (it is unstable); the largest stable one with semi-implicit-euler is 20 µs";
+    let warning = "servo of joint roll is unstable at this timestep of 2 ms; the largest stable one with semi-implicit-euler is 20 µs";
     assert!(found.contains(warning) && found.contains("--integrator implicitfast, stable at 2 ms"), "{found}");
     let advised = said(WRIST, "run", &["--ctrl", ".5", "--time", ".1", "--integrator", "implicitfast"]);
     assert!(!advised.contains("warning") && !advised.contains("error"), "{advised}");
@@ -186,7 +186,7 @@ fn a_servo_too_stiff_for_the_timestep_is_told_before_the_run() {
     let spring = WRIST
         .replace("axis=\"0 0 1\"", "axis=\"0 0 1\" stiffness=\"4000\"")
         .replace("kp=\"400\" kv=\"40\"", "kp=\"1\"");
-    assert!(said(&spring, "run", &["--steps", "1"]).contains("joint roll gains energy"));
+    assert!(said(&spring, "run", &["--steps", "1"]).contains("joint roll is unstable"));
     let soft = WRIST.replace("kp=\"400\" kv=\"40\"", "kp=\"4\" kv=\".04\"");
     assert!(!said(&soft, "run", &["--ctrl", ".5", "--time", ".1"]).contains("warning"));
 }
@@ -291,7 +291,7 @@ fn explain_knows_servos_limits_and_loads() {
     let found = line(&said(rail, "explain", &[]), "rail -0.3");
     assert_eq!(found, "rail -0.3 to 0.3 m 2.5 kN/m 100 N s/m 50 rad/s 1 350 N of drive 7 mm");
     let end = said(rail, "run", &["--ctrl", "1", "--time", "2"]);
-    let last = end.lines().rfind(|l| l.trim_start().starts_with("2.0000")).expect("a line").to_owned();
+    let last = end.lines().rfind(|l| l.trim_start().starts_with("2.000")).expect("a line").to_owned();
     let goes: f64 = last.split_whitespace().nth(1).expect("a cell").parse().expect("a number");
     // The servo has let go by 2 % of it there.
     assert!((goes - 0.3069).abs() < 2e-4, "{last}");
@@ -354,7 +354,7 @@ fn one_wrong_number_is_led_to() {
         ("range=\"-90 90\"", "range=\"-1.5708 1.5708\"", "`range` looks like radians"),
         ("range=\"-90 90\"", "range=\"20 90\"", "beyond its limits at the start: elbow"),
         ("ctrlrange=\"-1.5 1.5\"", "ctrlrange=\"-90 90\"", "servo on a hinge is in radians"),
-        ("kv=\"1\"", "kv=\"1000\"", "servo of joint elbow gains energy without end"),
+        ("kv=\"1\"", "kv=\"1000\"", "servo of joint elbow is unstable"),
         ("density=\"1100\"", "density=\"1.1\"", "1.1 g/cm³ are `1100`"),
         ("mass=\"2\"", "mass=\"2000\"", "crate weighs 2000 kg"),
         ("0 0 -9.81", "0 0 9.81", "gravity points up"),

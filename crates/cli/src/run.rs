@@ -322,7 +322,7 @@ fn warning(model: &Model, method: &Method, start: &State, limit: &Limit, budget:
     let integrator = method.integrator.name;
     match limit {
         Some((0.0, names)) => {
-            format!("warning: {names} gains energy at any timestep with {integrator}: take another --integrator\n")
+            format!("warning: {names} is unstable at any timestep with {integrator}: take another --integrator\n")
         }
         Some((limit, names)) if names == THE_SCENE && *limit < method.timestep && warnings::gains_anyway(method) => {
             format!(
@@ -337,8 +337,9 @@ fn warning(model: &Model, method: &Method, start: &State, limit: &Limit, budget:
                 format!(", or --integrator {other}, stable at {}", si(method.timestep, "s"))
             });
             format!(
-                "warning: at this timestep {names} gains energy without end (it is unstable); the largest stable one with \
-                 {integrator} is {}: --timestep {:.1e}{other}\n",
+                "warning: {names} is unstable at this timestep of {}; the largest stable one with {integrator} is {}: \
+                 --timestep {:.1e}{other}\n",
+                si(method.timestep, "s"),
                 si(*limit, "s"),
                 rounded_down(*limit)
             )

@@ -10,7 +10,7 @@
 //!
 //! and then speed, the spin of a single free body that turns, the largest loads of contacts, energy, penetration, contacts.
 
-use crate::format::{column, short, table};
+use crate::format::{column, fixed, short, table};
 use penny::model::{JointKind, Model};
 use penny::state::State;
 use penny_lab::record::{self, Group, Quantity, Sample};
@@ -54,7 +54,7 @@ impl Table {
 
     pub fn text(&self, model: &Model) -> String {
         let of = |get: &dyn Fn(&Line) -> f64| self.lines.iter().map(get).collect::<Vec<f64>>();
-        let mut columns = vec![column("time", "s", &of(&|l| l.time))];
+        let mut columns = vec![times(&of(&|l| l.time))];
         let mut caption = String::new();
         let quantity = |i: usize| {
             let Quantity { name, unit, .. } = &self.quantities[i];
@@ -109,6 +109,13 @@ impl Table {
         columns.push(headed("contacts", self.lines.iter().map(|l| l.sample.contacts.to_string())));
         caption + &table(&transposed(columns))
     }
+}
+
+/// Thousandths of a second, or as many digits as tell one line from the next.
+fn times(times: &[f64]) -> Vec<String> {
+    let gap = times.windows(2).map(|t| t[1] - t[0]).filter(|gap| *gap > 0.0).fold(1.0, f64::min);
+    let decimals = (1.0 - gap.log10().floor()).clamp(3.0, 12.0) as usize;
+    headed("time s", times.iter().map(|t| fixed(*t, decimals)))
 }
 
 fn headed(heading: &str, cells: impl Iterator<Item = String>) -> Vec<String> {
