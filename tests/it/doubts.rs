@@ -373,3 +373,12 @@ fn one_wrong_number_is_led_to() {
     // 2000 kg in 8 l are still no metal that there is not: a known gap.
     assert!(missed.len() <= 1, "{missed:?}");
 }
+
+/// Thrust on a free body has no potential here: what it gains is no error, and nothing is said of it.
+#[test]
+fn what_drives_without_a_potential_is_not_judged() {
+    let text = r#"<mujoco><option gravity="0 0 0"/><worldbody><body name="rocket"><joint name="free" type="free"/><geom size=".1" mass="1"/></body></worldbody>
+        <actuator><motor joint="free" gear="0 0 1 0 0 0"/></actuator></mujoco>"#;
+    let found = said(text, "run", &["--ctrl", "5", "--time", "1"]);
+    assert!(!found.contains("warning") && found.contains("actuators +12.5 J"), "{found}");
+}

@@ -92,6 +92,8 @@ pub struct EnergyGain {
     from_to: [f64; 2],
     /// The largest kinetic energy, J.
     kinetic: f64,
+    /// Whether all that drives the scene has a potential.
+    judged: bool,
     /// The work of lifting all that moves by its largest geom's radius, J.
     lift: f64,
 }
@@ -105,7 +107,14 @@ impl EnergyGain {
         let radii = model.geoms.iter().filter(|g| moves(g.body)).map(|g| g.rbound);
         let mass: f64 = model.bodies.iter().filter(|b| b.tree.is_some()).map(|b| b.mass).sum();
         let lift = mass * explain::weight(model) * radii.fold(0.0, f64::max);
-        EnergyGain { least: f64::INFINITY, gain: 0.0, from_to: [first.energy; 2], kinetic: first.kinetic, lift }
+        EnergyGain {
+            judged: joints::have_potential(model),
+            least: f64::INFINITY,
+            gain: 0.0,
+            from_to: [first.energy; 2],
+            kinetic: first.kinetic,
+            lift,
+        }
     }
 
     /// In: forces at the state.
@@ -132,7 +141,7 @@ impl EnergyGain {
 
     /// Measured by the largest kinetic energy, and by what it takes to lift all that moves by its radius.
     pub fn grew(&self) -> bool {
-        self.gain > EnergyGain::MUCH * (self.kinetic + self.lift)
+        self.judged && self.gain > EnergyGain::MUCH * (self.kinetic + self.lift)
     }
 
     /// Says by how much the energy grew, and the likeliest cause and remedy.

@@ -11,7 +11,7 @@ use penny::contact::constants;
 use penny::data::Data;
 use penny::dynamics;
 use penny::forward::{self, Method};
-use penny::model::{JointKind, Mix, Model};
+use penny::model::{Actuator, Joint, JointKind, Mix, Model};
 use penny::state::State;
 
 /// What drives and holds one slide or hinge; m is kg or kg m², k N/m or N m/rad, c N s/m or N m s/rad.
@@ -132,11 +132,7 @@ pub fn actuator_potential(model: &Model, state: &State) -> f64 {
     }
     let mut sum = 0.0;
     for (i, a) in model.actuators.iter().enumerate() {
-        // What has dynamics or gains that vary has no potential.
-        let Some(j) = a.transmission.joint().map(|j| &model.joints[j]) else { continue };
-        if !matches!(j.kind, JointKind::Slide | JointKind::Hinge) || a.act.is_some() || a.gain[1..] != [0.0; 2] {
-            continue;
-        }
+        let Some(j) = simple(model, a) else { continue };
         let length = a.gear[0] * state.qpos[j.qposadr];
         let constant = a.gain[0] * crate::record::clamped(model, i, state.ctrl[i]) + a.bias[0];
         let [low, high] = a.forcerange.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
@@ -155,6 +151,18 @@ pub fn actuator_potential(model: &Model, state: &State) -> f64 {
         sum -= integral / slope;
     }
     sum
+}
+
+/// Whether all actuators have a potential: a scene in which some have none gains energy that nobody can account for.
+pub fn have_potential(model: &Model) -> bool {
+    !model.opt.flags.actuation || model.actuators.iter().all(|a| simple(model, a).is_some())
+}
+
+/// The slide or hinge of an actuator that has a potential: without dynamics, and with a gain that does not vary.
+fn simple<'a>(model: &'a Model, a: &Actuator) -> Option<&'a Joint> {
+    let j = &model.joints[a.transmission.joint()?];
+    let single = matches!(j.kind, JointKind::Slide | JointKind::Hinge);
+    (single && a.act.is_none() && a.gain[1..] == [0.0; 2]).then_some(j)
 }
 
 #[cfg(test)]

@@ -23,13 +23,13 @@ const TRIES: usize = 24;
 /// The largest timestep of those tried at which the start of the run gains no energy; `None` if the method's own is
 /// fine, 0 if none was found.
 ///
-/// Controls stay as they are at the start, and what they do is weighed as a potential. Also `None` where the budget ends
+/// Controls stay as they are at the start, and what they do is weighed as a potential; `None` if some actuator has none. Also `None` where the budget ends
 /// before anything is found.
 ///
 /// Out: s.
 pub fn largest_timestep(model: &Model, method: &Method, start: &State, budget: &Budget) -> Option<f64> {
     let gains = |h: f64| gains(model, &Method { timestep: h, ..*method }, start, budget);
-    if !gains(method.timestep) {
+    if !joints::have_potential(model) || !gains(method.timestep) {
         return None;
     }
     // Two in a row: what lies between chance and the limit may pass once.

@@ -290,10 +290,10 @@ pub fn classify(setting: &Setting) -> Class {
     let lowest = if last.free[0].is_finite() { last.free[0] } else { last.lowest };
     let hop = last.free[1] - third.free[0];
     let hops = third.touched || last.touched;
-    if lowest > first + 0.01 * movable
+    let gains = lowest > first + 0.01 * movable
         || last.highest > early.highest + 0.01 * movable.max(fastest(&quarters[..2]))
-        || hops && hop > (0.1 * fastest(&quarters[2..])).max(1e-6 * movable)
-    {
+        || hops && hop > (0.1 * fastest(&quarters[2..])).max(1e-6 * movable);
+    if gains && joints::have_potential(model) {
         Class::Gaining
     } else if reversals > steps / 16 && last.kinetic > 1e-6 * movable {
         Class::Rattling

@@ -101,7 +101,9 @@ pub fn run(case: &Case, method: &Method) -> Trajectory {
     let (first, last) = (total(&energies[0]), total(&energies[energies.len() - 1]));
     let measures = &mut found.measures;
     measures.energy_change = (last - first) / scale;
-    measures.energy_gain = (energies.iter().map(total).fold(first, f64::max) - first) / scale;
+    // What drives a scene without a potential cannot be told from an error: only divergence is.
+    let judged = if joints::have_potential(&case.model) { 1.0 } else { 0.0 };
+    measures.energy_gain = judged * (energies.iter().map(total).fold(first, f64::max) - first) / scale;
     measures.complementarity /= f64::from(steps.max(1));
     found
 }
