@@ -6,7 +6,7 @@ use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snip
 
 use super::document::{Document, Span};
 use super::error::{Problem, ProblemKind, Severity};
-use super::printable::one_line;
+use super::printable::{is_command, one_line};
 
 /// Problems that are shown in full. Who has more has one cause for most of them.
 const SHOWN: usize = 50;
@@ -199,7 +199,15 @@ impl<'a> Page<'a> {
         // Blanks stand for what is left out before: the column is counted, and blanks are not printed.
         let blanks = text[start..from].chars().count();
         let more = if to < end { "…" } else { "" };
-        let shown = " ".repeat(blanks) + &text[from..to] + more;
+        // The renderer replaces what gives commands in one byte; others become signs of the same length, as places are
+        // counted in bytes.
+        let harmless = |c: char| match c.len_utf8() {
+            2 if is_command(c) => '·',
+            3 if is_command(c) => '\u{fffd}',
+            _ => c,
+        };
+        let part: String = text[from..to].chars().map(harmless).collect();
+        let shown = " ".repeat(blanks) + &part + more;
         let annotations = marks.iter().zip(&places).map(|((_, label, kind), (first, last))| {
             let (first, last) = (first - from + blanks, (*last).min(to) - from + blanks);
             kind.span(first..last.max(first)).label(label.map(sentence))
