@@ -1,282 +1,408 @@
-//! Contact manifolds of convex shapes: the faces and edges that face each other, and the points that stand for where
-//! they overlap.
+//! Contact manifolds of convex shapes: where a flat or straight part of one lies on a flat part of the other, and which
+//! points stand for it.
+//!
+//! - Two faces that look at each other: the overlap of the two polygons, of which up to four corners are kept.
+//! - A line of one (a capsule's or cylinder's side, an edge of a box) along a face of the other: the ends of what is
+//!   over the face.
+//! - All else touches in one point.
+//!
+//! Which faces and lines come into question follows from the support points where the search for the contact ended: a
+//! box's faces through all of them, a cylinder's cap if all are on its rim, a box's edge between two. A cap is a
+//! polygon of 16 corners.
+//!
+//! Source: all of these choices are MuJoCo 4.0's, found by running it: which angles count as flat, which four corners,
+//! in which order; also what looks accidental (a line that only one end of which is deep enough may give the same
+//! point twice; a contact's normal is the second shape's face normal even where another separates the shapes better).
 
-use super::convex::Core;
+use super::gjk::{Convex, Vertex};
 use super::{Hit, Hits};
 use crate::math::Vec3;
 use crate::model::GeomKind;
 
-type Vec2 = nalgebra::Vector2<f64>;
+/// Faces within this angle of facing each other lie flat (cosine; 5.13°).
+const FLAT: f64 = 0.996;
+/// A line within this angle of a face lies along it (sine; 5.09°).
+const ALONG: f64 = 0.0888;
 
-/// Parts within this angle of facing each other are compared (sine; 8°). Points above the margin drop out by
-/// themselves, so the angle only has to be larger than what a resting body leans by.
-const TILT: f64 = 0.14;
-/// sin² of the angle within which two round sides count as parallel and touch in two points, as two capsules do
-/// ([`super::capsule`]). MuJoCo has one point for them even where they are parallel, anywhere along them.
-const PARALLEL: f64 = 1e-8;
-
-/// A cap that leans by less than this (sine) lies flat.
-const FLAT: f64 = 1e-6;
-/// cos and sin of 22.5°.
-const RIM: [f64; 2] = [0.923_879_532_511_286_7, 0.382_683_432_365_089_8];
-
-/// The feature of a shape that faces a direction.
-pub(super) enum Facing {
-    /// Round or pointed: touches in one point.
-    Point,
-    /// An edge of a box, or the line along a capsule's or cylinder's side.
-    Edge(Vec3, Vec3),
-    /// Corners of a box's face, in a cycle.
-    Quad([Vec3; 4]),
-    /// Centre and radius of a cylinder's cap, and four points of its rim: the one furthest along the direction first;
-    /// where the cap is flat, MuJoCo's.
-    Disc(Vec3, f64, [Vec3; 4]),
+/// The contact as the search found it: one point.
+pub(super) struct Touch<'a> {
+    pub shapes: [Convex<'a>; 2],
+    /// Unit, from the first shape to the second.
+    pub normal: Vec3,
+    /// The touching points, each from its shape's centre, half the margin outside.
+    pub on: [Vec3; 2],
+    /// Signed distance, m.
+    pub dist: f64,
+    pub margin: f64,
 }
 
-impl Facing {
-    /// The feature of a shape centred at `center` that faces the unit direction `d`.
-    pub fn new(core: &Core, center: &Vec3, d: &Vec3) -> Facing {
-        let (size, mat) = (core.shape.size, core.shape.mat);
-        let l = mat.tr_mul(d);
-        let world = |local: Vec3| center + mat * local;
-        let flat = |k: usize| l[k] * l[k] > 1.0 - TILT * TILT;
-        match core.kind {
-            GeomKind::Capsule if l.z.abs() < TILT => {
-                let side = d * core.radius;
-                let end = core.shape.axis(2) * size.y;
-                Facing::Edge(center - end + side, center + end + side)
-            }
-            GeomKind::Cylinder if flat(2) => {
-                let z = size.y.copysign(l.z);
-                // Flat, the furthest point is noise. MuJoCo's cap has 16 corners, of which it keeps four; of equally
-                // good squares mostly this one, in the cylinder's own axes.
-                let lean = Vec2::new(l.x, l.y);
-                let u = if lean.norm() > FLAT { lean.normalize() } else { Vec2::new(-RIM[0], -RIM[1] * z.signum()) };
-                let turn = if lean.norm() > FLAT { 1.0 } else { z.signum() };
-                let u = u * size.x;
-                let rim = [(u.x, u.y), (-u.y * turn, u.x * turn), (-u.x, -u.y), (u.y * turn, -u.x * turn)];
-                Facing::Disc(world(Vec3::new(0.0, 0.0, z)), size.x, rim.map(|(x, y)| world(Vec3::new(x, y, z))))
-            }
-            GeomKind::Cylinder if l.z.abs() < TILT => {
-                let side = Vec2::new(l.x, l.y).normalize() * size.x;
-                Facing::Edge(world(Vec3::new(side.x, side.y, -size.y)), world(Vec3::new(side.x, side.y, size.y)))
-            }
-            GeomKind::Box => {
-                let corner = Vec3::from_fn(|k, _| size[k].copysign(l[k]));
-                let at = |flips: &[usize]| {
-                    let mut c = corner;
-                    flips.iter().for_each(|&k| c[k] = -c[k]);
-                    world(c)
-                };
-                if let Some(k) = (0..3).find(|&k| flat(k)) {
-                    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-                    return Facing::Quad([at(&[]), at(&[i]), at(&[i, j]), at(&[j])]);
-                }
-                match (0..3).find(|&k| l[k].abs() < TILT) {
-                    Some(k) => Facing::Edge(at(&[]), at(&[k])),
-                    None => Facing::Point,
+/// The feature of a contact that is no part of an area or a line.
+pub const POINT: u32 = 255;
+
+/// Adds the contact's points.
+///
+/// In: `vertices`, the one to three support points where the search ended, the newest first.
+pub(super) fn spread(touch: &Touch, vertices: &[Vertex], out: &mut Hits) {
+    let [a, b] = &touch.shapes;
+    let straight = |c: &Convex| matches!(c.kind, GeomKind::Capsule | GeomKind::Cylinder | GeomKind::Box);
+    let before = out.as_slice().len();
+    if straight(a) && straight(b) {
+        touch.area(vertices, out);
+    }
+    if out.as_slice().len() == before {
+        let [p, q] = touch.on;
+        let pos = (a.shape.pos + p + b.shape.pos + q) * 0.5;
+        out.push(Hit { dist: touch.dist, pos, normal: touch.normal, tangent: Vec3::zeros(), feature: POINT });
+    }
+}
+
+impl Touch<'_> {
+    /// The points of an area or a line of contact; none if the shapes touch in a point.
+    fn area(&self, vertices: &[Vertex], out: &mut Hits) {
+        let [a, b] = &self.shapes;
+        let [of_a, of_b] = [Part::new(a, vertices, |v| v.a), Part::new(b, vertices, |v| v.b)];
+        for above in of_b.faces.iter().flatten() {
+            for below in of_a.faces.iter().flatten() {
+                if above.normal.dot(&below.normal) < -FLAT {
+                    return self.face_on_face(below, above, out);
                 }
             }
-            _ => Facing::Point,
+        }
+        for face in of_b.faces.iter().flatten() {
+            if let Some(line) = self.side(&of_a, vertices, face)
+                && line.direction().dot(&face.normal).abs() < ALONG
+            {
+                return self.line_on_face(line, face, 1, out);
+            }
+        }
+        if let Some(line) = of_b.edge(b, vertices) {
+            for face in of_a.faces.iter().flatten() {
+                if line.direction().dot(&face.normal).abs() < ALONG {
+                    return self.line_on_face(line, face, 0, out);
+                }
+            }
         }
     }
 
-    /// Adds the points where two features overlap, seen along n, and returns the smallest distance among them: infinite
-    /// if they touch in a point at most.
+    /// The line along the first shape's side that faces a face of the second.
+    fn side(&self, part: &Part, vertices: &[Vertex], face: &Face) -> Option<Polygon> {
+        let a = &self.shapes[0];
+        match a.kind {
+            // Through the touching point, without the margin.
+            GeomKind::Capsule => Some(along_axis(a, &(self.on[0] + face.normal * (0.5 * self.margin)), false)),
+            GeomKind::Cylinder => Some(along_axis(a, &on_side(a, &vertices[0].a), part.corners[0] == 1)),
+            _ => None,
+        }
+    }
+
+    /// Two faces: the second one's corners over the first, and where their borders cross.
     ///
-    /// Numbered: points of the first 0–3, of the second 4–7, where their borders cross 8 and up.
-    pub fn overlap(facing: &[Facing; 2], n: &Vec3, margin: f64, out: &mut Hits) -> f64 {
-        let before = out.as_slice().len();
-        let view = View::new(facing, n, margin);
-        match facing {
-            [Facing::Point, _] | [_, Facing::Point] => {}
-            [Facing::Edge(a, b), Facing::Edge(c, d)] => view.side_by_side([a, b, c, d], out),
-            [Facing::Edge(a, b), face] => view.on_face([a, b], face, 0, out),
-            [face, Facing::Edge(a, b)] => view.on_face([a, b], face, 4, out),
-            [a, b] => view.faces(a, b, out),
+    /// A corner's place is seen along the first face's normal, its distance along the second's, which is the contact's.
+    fn face_on_face(&self, first: &Face, second: &Face, out: &mut Hits) {
+        let border = first.polygon(&self.shapes[0]);
+        let mut polygon = second.polygon(&self.shapes[1]);
+        let (low, high) = (border.points[0], self.from_first(&polygon.points[0]));
+        polygon.points.iter_mut().for_each(|p| *p = self.from_first(p));
+        polygon.clip(&border, &first.normal);
+        let normal = -second.normal;
+        let dist = |p: &Vec3| (high - p).dot(&normal);
+        polygon.each(|p| *p -= first.normal * (*p - low).dot(&first.normal));
+        polygon.keep(|p| dist(p) <= self.margin);
+        polygon.keep_four();
+        for k in 0..polygon.len {
+            let p = polygon.points[k];
+            self.push(p + normal * (0.5 * dist(&p)), dist(&p), normal, polygon.names[k], out);
         }
-        out.as_slice()[before..].iter().map(|hit| hit.dist).fold(f64::INFINITY, f64::min)
     }
 
-    fn points(&self) -> &[Vec3] {
-        match self {
-            Facing::Quad(corners) => corners,
-            Facing::Disc(_, _, rim) => rim,
-            _ => &[],
+    /// A line of one shape along a face of the other, `owner`: the ends of what is over the face. The normal is the
+    /// face's.
+    fn line_on_face(&self, mut line: Polygon, face: &Face, owner: usize, out: &mut Hits) {
+        let mut border = face.polygon(&self.shapes[owner]);
+        let of_second = if owner == 1 { &mut border } else { &mut line };
+        of_second.each(|p| *p = self.from_first(p));
+        line.clip(&border, &face.normal);
+        let dist = |p: &Vec3| (p - border.points[0]).dot(&face.normal);
+        line.keep(|p| dist(p) <= self.margin);
+        line.keep_two();
+        let normal = if owner == 1 { -face.normal } else { face.normal };
+        for k in 0..line.len {
+            let p = line.points[k];
+            self.push(p - face.normal * (0.5 * dist(&p)), dist(&p), normal, line.names[k], out);
         }
+    }
+
+    /// From the first shape's centre, what is given from the second's.
+    fn from_first(&self, p: &Vec3) -> Vec3 {
+        self.shapes[1].shape.pos - self.shapes[0].shape.pos + p
+    }
+
+    fn push(&self, from_first: Vec3, dist: f64, normal: Vec3, feature: u32, out: &mut Hits) {
+        let pos = self.shapes[0].shape.pos + from_first;
+        out.push(Hit { dist, pos, normal, tangent: Vec3::zeros(), feature });
     }
 }
 
-/// Two features seen along the normal: positions in the plane across it, heights along it.
-struct View<'a> {
-    facing: &'a [Facing; 2],
-    normal: &'a Vec3,
-    /// Axes of the plane.
-    axes: [Vec3; 2],
-    margin: f64,
+/// What of a shape the support points lie on.
+struct Part {
+    /// Of each support point: which corner of a box it is (bit k: positive along k), which end of a capsule or cylinder
+    /// (1 at the positive end).
+    corners: [u8; 3],
+    count: usize,
+    /// The faces that hold them all.
+    faces: [Option<Face>; 3],
 }
 
-impl View<'_> {
-    fn new<'a>(facing: &'a [Facing; 2], normal: &'a Vec3, margin: f64) -> View<'a> {
-        let x = normal.cross(&Vec3::ith(normal.iamin(), 1.0)).normalize();
-        View { facing, normal, axes: [x, normal.cross(&x)], margin }
-    }
+/// A face of a box, or a cylinder's cap.
+struct Face {
+    axis: usize,
+    positive: bool,
+    /// Outward.
+    normal: Vec3,
+}
 
-    fn flat(&self, p: &Vec3) -> Vec2 {
-        Vec2::new(self.axes[0].dot(p), self.axes[1].dot(p))
-    }
-
-    /// Height of a feature at a place of the plane: that of its plane, or of its line at the nearest point.
-    fn height(&self, feature: &Facing, at: &Vec2) -> f64 {
-        let (p, along) = match feature {
-            Facing::Point => return 0.0,
-            Facing::Edge(a, b) => {
-                let (from, to) = (self.flat(a), self.flat(b) - self.flat(a));
-                let t = to.dot(&(at - from)) / to.norm_squared().max(f64::MIN_POSITIVE);
-                return self.normal.dot(a) + t * self.normal.dot(&(b - a));
+impl Part {
+    fn new(shape: &Convex, vertices: &[Vertex], point: impl Fn(&Vertex) -> Vec3) -> Part {
+        let mut part = Part { corners: [0; 3], count: vertices.len().min(3), faces: [None, None, None] };
+        let axes = if shape.kind == GeomKind::Box { 0..3 } else { 2..3 };
+        for (k, vertex) in vertices.iter().take(3).enumerate() {
+            let local = shape.shape.mat.tr_mul(&point(vertex));
+            part.corners[k] = axes.clone().map(|axis| u8::from(local[axis] > 0.0) << (axis - axes.start)).sum();
+        }
+        if shape.kind != GeomKind::Capsule {
+            for axis in axes.clone() {
+                let positive = |&corner: &u8| corner >> (axis - axes.start) & 1 == 1;
+                let first = positive(&part.corners[0]);
+                if part.used().iter().all(|corner| positive(corner) == first) {
+                    let normal = shape.shape.axis(axis) * if first { 1.0 } else { -1.0 };
+                    part.faces[axis] = Some(Face { axis, positive: first, normal });
+                }
             }
-            Facing::Quad(c) => (c[0], (c[1] - c[0]).cross(&(c[3] - c[0]))),
-            Facing::Disc(center, _, rim) => (*center, (rim[0] - center).cross(&(rim[1] - center))),
-        };
-        let d = at - self.flat(&p);
-        let slope = self.flat(&along) / along.dot(self.normal);
-        self.normal.dot(&p) - slope.dot(&d)
+        }
+        part
     }
 
-    /// The point of a feature's plane at a place.
-    fn lift(&self, feature: &Facing, at: &Vec2) -> Vec3 {
-        self.axes[0] * at.x + self.axes[1] * at.y + self.normal * self.height(feature, at)
+    fn used(&self) -> &[u8] {
+        &self.corners[..self.count]
     }
 
-    fn push(&self, at: &Vec2, feature: u32, out: &mut Hits) {
-        let [low, high] = [0, 1].map(|k| self.height(&self.facing[k], at));
-        let dist = high - low;
-        if dist <= self.margin {
-            let pos = self.axes[0] * at.x + self.axes[1] * at.y + self.normal * (0.5 * (low + high));
-            out.push(Hit { dist, pos, normal: *self.normal, tangent: Vec3::zeros(), feature });
+    /// The edge of a box between two corners, the line on a cylinder between both rims.
+    fn edge(&self, shape: &Convex, vertices: &[Vertex]) -> Option<Polygon> {
+        let first = self.corners[0];
+        let other = *self.used().iter().find(|&&corner| corner != first)?;
+        match shape.kind {
+            GeomKind::Cylinder => Some(along_axis(shape, &on_side(shape, &vertices[0].b), first == 1)),
+            GeomKind::Box if self.used().iter().all(|&corner| corner == first || corner == other) => {
+                let size = shape.shape.size;
+                let at = |corner: u8| {
+                    let end = |k: usize| if corner >> k & 1 == 1 { size[k] } else { -size[k] };
+                    shape.shape.mat * Vec3::new(end(0), end(1), end(2))
+                };
+                Some(Polygon::line([at(first), at(other)], [u32::from(first), u32::from(other)]))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The point of a cylinder's side out from its axis through p, at the middle of its height.
+fn on_side(shape: &Convex, p: &Vec3) -> Vec3 {
+    let axis = shape.shape.axis(2);
+    let out = p - axis * p.dot(&axis);
+    out * (shape.shape.size.x / out.norm().max(f64::MIN_POSITIVE))
+}
+
+/// The line through a point as long as the shape's axis and beside it, from its positive or its negative end.
+fn along_axis(shape: &Convex, through: &Vec3, from_positive: bool) -> Polygon {
+    let axis = shape.shape.axis(2);
+    let beside = through - axis * through.dot(&axis);
+    let half = axis * if from_positive { shape.shape.size.y } else { -shape.shape.size.y };
+    let first = u32::from(from_positive);
+    Polygon::line([beside + half, beside - half], [first, 1 - first])
+}
+
+/// Areas this close, relative, are the same: of a cap that lies flat as a whole MuJoCo takes whichever four corners the last
+/// bits make larger, a square where the cap is not turned; Penny takes that square however it is turned.
+const SAME_AREA: f64 = 1e-9;
+
+/// cos and sin of multiples of 22.5°.
+const RIM: [[f64; 2]; 4] = [
+    [1.0, 0.0],
+    [0.923_879_532_511_286_7, 0.382_683_432_365_089_8],
+    [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2],
+    [0.382_683_432_365_089_8, 0.923_879_532_511_286_7],
+];
+
+/// Corners of a box's face along +x, +y and +z, by the signs of the two other coordinates; clockwise from outside.
+const CORNERS: [[[f64; 2]; 4]; 3] = [
+    [[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]],
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
+    [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]],
+];
+/// The same for the faces along −x, −y and −z.
+const OPPOSITE: [[[f64; 2]; 4]; 3] = [
+    [[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]],
+    [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]],
+    [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]],
+];
+
+impl Face {
+    /// Its corners from the shape's centre, clockwise seen from outside.
+    fn polygon(&self, shape: &Convex) -> Polygon {
+        let (size, mat) = (shape.shape.size, shape.shape.mat);
+        let mut polygon = Polygon::default();
+        let sign = if self.positive { 1.0 } else { -1.0 };
+        if shape.kind == GeomKind::Cylinder {
+            for k in 0..16 {
+                let [mut x, mut y] = RIM[k % 4];
+                for _ in 0..k / 4 {
+                    (x, y) = (-y, x);
+                }
+                polygon.push(mat * Vec3::new(size.x * x, -sign * size.x * y, sign * size.y), k as u32);
+            }
+        } else {
+            let (i, j) = [(1, 2), (0, 2), (0, 1)][self.axis];
+            let corners = if self.positive { CORNERS } else { OPPOSITE }[self.axis];
+            for (k, [u, v]) in corners.into_iter().enumerate() {
+                let mut corner = Vec3::zeros();
+                corner[self.axis] = sign * size[self.axis];
+                corner[i] = u * size[i];
+                corner[j] = v * size[j];
+                polygon.push(mat * corner, k as u32);
+            }
+        }
+        polygon
+    }
+}
+
+/// A polygon's or a line's corners, and what each is.
+struct Polygon {
+    len: usize,
+    points: [Vec3; 32],
+    /// A corner of the polygon as it was: its number there; a place where a side of another cut it: 16 + twice the
+    /// side's number, and one more where it leaves the other.
+    names: [u32; 32],
+}
+
+impl Default for Polygon {
+    fn default() -> Polygon {
+        Polygon { len: 0, points: [Vec3::zeros(); 32], names: [0; 32] }
+    }
+}
+
+impl Polygon {
+    fn line(ends: [Vec3; 2], names: [u32; 2]) -> Polygon {
+        let mut line = Polygon::default();
+        line.push(ends[0], names[0]);
+        line.push(ends[1], names[1]);
+        line
+    }
+
+    fn direction(&self) -> Vec3 {
+        (self.points[1] - self.points[0]).normalize()
+    }
+
+    fn push(&mut self, point: Vec3, name: u32) {
+        if self.len < self.points.len() {
+            (self.points[self.len], self.names[self.len]) = (point, name);
+            self.len += 1;
         }
     }
 
-    /// Two edges: the ends of the stretch where they lie side by side, if they are parallel.
-    fn side_by_side(&self, [a, b, c, d]: [&Vec3; 4], out: &mut Hits) {
-        let (along, other) = (b - a, d - c);
-        if along.cross(&other).norm_squared() > PARALLEL * along.norm_squared() * other.norm_squared() {
+    fn each(&mut self, change: impl Fn(&mut Vec3)) {
+        self.points[..self.len].iter_mut().for_each(change);
+    }
+
+    fn keep(&mut self, wanted: impl Fn(&Vec3) -> bool) {
+        let n = std::mem::take(&mut self.len);
+        for k in 0..n {
+            if wanted(&self.points[k]) {
+                self.push(self.points[k], self.names[k]);
+            }
+        }
+    }
+
+    /// What of it is over a polygon with this normal: side by side, what is beyond the side is cut off.
+    ///
+    /// Source: Sutherland and Hodgman, Communications of the ACM 17 (1974).
+    fn clip(&mut self, border: &Polygon, normal: &Vec3) {
+        for side in 0..border.len {
+            let from = border.points[side];
+            let inward = (border.points[(side + 1) % border.len] - from).cross(normal);
+            let inside = |p: &Vec3| (p - from).dot(&inward);
+            let mut rest = Polygon::default();
+            for k in 0..self.len {
+                let next = (k + 1) % self.len;
+                let (p, q) = (self.points[k], self.points[next]);
+                let (at_p, at_q) = (inside(&p), inside(&q));
+                if at_p * at_q < 0.0 {
+                    let name = 16 + 2 * side as u32 + u32::from(at_p > 0.0);
+                    rest.push(p + (q - p) * (at_p / (at_p - at_q)), name);
+                }
+                if at_q >= 0.0 {
+                    rest.push(q, self.names[next]);
+                }
+            }
+            *self = rest;
+        }
+    }
+
+    /// Of more than two points the first and the one furthest from it.
+    fn keep_two(&mut self) {
+        if self.len > 2 {
+            let first = self.points[0];
+            let far = |k: &usize| (self.points[*k] - first).norm_squared();
+            let furthest = (1..self.len).rev().max_by(|i, j| far(i).total_cmp(&far(j))).unwrap_or(1);
+            (self.points[1], self.names[1]) = (self.points[furthest], self.names[furthest]);
+            self.len = 2;
+        }
+    }
+
+    /// Of more than four corners a quadrilateral of large area.
+    ///
+    ///     area = |(c − a) × (d − b)| / 2
+    ///
+    /// For each a in turn d moves on as long as the area grows or stays, after each of its moves first c, then b as well.
+    /// That finds a local maximum; two corners may be the same.
+    fn keep_four(&mut self) {
+        if self.len <= 4 {
             return;
         }
-        let from = self.flat(a);
-        let along = self.flat(b) - from;
-        let length2 = along.norm_squared();
-        let place = |p: &Vec3| along.dot(&(self.flat(p) - from)) / length2;
-        let (c, d) = (place(c), place(d));
-        let (low, high) = (c.min(d).max(0.0), c.max(d).min(1.0));
-        if low < high {
-            self.push(&(from + along * low), 0, out);
-            self.push(&(from + along * high), 1, out);
-        }
-    }
-
-    /// An edge over a face: the ends of what is over it.
-    fn on_face(&self, ends: [&Vec3; 2], face: &Facing, feature: u32, out: &mut Hits) {
-        let [from, to] = ends.map(|p| self.flat(p));
-        if let Some((low, high)) = self.clip(&from, &to, face) {
-            self.push(&(from + (to - from) * low), feature, out);
-            self.push(&(from + (to - from) * high), feature + 1, out);
-        }
-    }
-
-    /// The part of an edge over a face, as parameters from 0 to 1.
-    fn clip(&self, from: &Vec2, to: &Vec2, face: &Facing) -> Option<(f64, f64)> {
-        let along = to - from;
-        let (mut low, mut high) = (0.0f64, 1.0f64);
-        match face {
-            Facing::Quad(corners) => {
-                let c = corners.map(|p| self.flat(&p));
-                let turn = (c[1] - c[0]).perp(&(c[3] - c[0])).signum();
-                for k in 0..4 {
-                    // Inside is where turn · edge × (p − corner) ≥ 0.
-                    let edge = (c[(k + 1) % 4] - c[k]) * turn;
-                    let (start, rate) = (edge.perp(&(from - c[k])), edge.perp(&along));
-                    match rate {
-                        r if r > 0.0 => low = low.max(-start / r),
-                        r if r < 0.0 => high = high.min(-start / r),
-                        _ if start < 0.0 => return None,
-                        _ => {}
-                    }
-                }
-            }
-            Facing::Disc(center, radius, _) => {
-                let off = self.lift(face, from) - center;
-                let along = self.lift(face, to) - center - off;
-                let (a, b, c) = (along.norm_squared(), along.dot(&off), off.norm_squared() - radius * radius);
-                let root = b * b - a * c;
-                if root <= 0.0 || a == 0.0 {
-                    return None;
-                }
-                low = low.max((-b - root.sqrt()) / a);
-                high = high.min((-b + root.sqrt()) / a);
-            }
-            _ => return None,
-        }
-        (low < high).then_some((low, high))
-    }
-
-    /// Two faces: the points of each over the other, and where their borders cross.
-    fn faces(&self, a: &Facing, b: &Facing, out: &mut Hits) {
-        // Of two discs one inside the other, the inner one's points will do.
-        if let (Facing::Disc(p, r, _), Facing::Disc(q, s, _)) = (a, b) {
-            let apart = self.flat(&(q - p)).norm();
-            if apart <= (r - s).abs() + 1e-6 * r {
-                let (inner, feature) = if r <= s { (a, 0) } else { (b, 4) };
-                for (k, p) in inner.points().iter().enumerate() {
-                    self.push(&self.flat(p), feature + k as u32, out);
-                }
-                return;
-            }
-            self.crossing_circles(&self.flat(p), *r, &self.flat(q), *s, out);
-        }
-        for (k, p) in a.points().iter().enumerate().filter(|(_, p)| self.over(p, b)) {
-            self.push(&self.flat(p), k as u32, out);
-        }
-        for (k, p) in b.points().iter().enumerate().filter(|(_, p)| self.over(p, a)) {
-            self.push(&self.flat(p), 4 + k as u32, out);
-        }
-        let (quad, other) = match (a, b) {
-            (Facing::Quad(c), other) | (other, Facing::Quad(c)) => (c.map(|p| self.flat(&p)), other),
-            _ => return,
+        let n = self.len;
+        let area = |q: &[usize; 4]| {
+            let [a, b, c, d] = q.map(|k| self.points[k]);
+            (c - a).cross(&(d - b)).norm()
         };
-        for k in 0..4 {
-            let (from, to) = (quad[k], quad[(k + 1) % 4]);
-            let Some((low, high)) = self.clip(&from, &to, other) else { continue };
-            for (i, t) in [low, high].into_iter().enumerate().filter(|&(_, t)| t > 0.0 && t < 1.0) {
-                self.push(&(from + (to - from) * t), 8 + 2 * k as u32 + i as u32, out);
+        let mut q = [0, 1, 2, 3];
+        let mut largest = area(&q);
+        let (mut best, mut moves) = (q, 0);
+        let mut advance = |q: &mut [usize; 4], k: usize| {
+            let mut next = *q;
+            next[k] = (next[k] + 1) % n;
+            let larger = area(&next);
+            let grows = larger > largest * (1.0 - SAME_AREA) && moves < 8 * n;
+            moves += 1;
+            if grows {
+                (*q, largest, best) = (next, larger, next);
+            }
+            grows
+        };
+        for a in 0..n {
+            q[0] = a;
+            while advance(&mut q, 3) {
+                while advance(&mut q, 2) {}
+                while advance(&mut q, 1) {}
+            }
+            for k in 1..4 {
+                if q[k] != q[k - 1] {
+                    break;
+                }
+                q[k] = (q[k] + 1) % n;
             }
         }
-    }
-
-    /// Whether a point is over a face.
-    fn over(&self, p: &Vec3, face: &Facing) -> bool {
-        let p = self.flat(p);
-        match face {
-            Facing::Disc(center, radius, _) => (self.lift(face, &p) - center).norm_squared() <= radius * radius,
-            Facing::Quad(corners) => {
-                let c = corners.map(|p| self.flat(&p));
-                let turn = (c[1] - c[0]).perp(&(c[3] - c[0])).signum();
-                (0..4).all(|k| turn * (c[(k + 1) % 4] - c[k]).perp(&(p - c[k])) >= 0.0)
-            }
-            _ => false,
-        }
-    }
-
-    fn crossing_circles(&self, p: &Vec2, r: f64, q: &Vec2, s: f64, out: &mut Hits) {
-        let between = q - p;
-        let d2 = between.norm_squared();
-        let along = 0.5 * (1.0 + (r * r - s * s) / d2);
-        let across2 = r * r / d2 - along * along;
-        if across2 > 0.0 {
-            let foot = p + between * along;
-            let side = Vec2::new(-between.y, between.x) * across2.sqrt();
-            self.push(&(foot + side), 8, out);
-            self.push(&(foot - side), 9, out);
-        }
+        let (points, names) = (best.map(|k| self.points[k]), best.map(|k| self.names[k]));
+        self.points[..4].copy_from_slice(&points);
+        self.names[..4].copy_from_slice(&names);
+        self.len = 4;
     }
 }
