@@ -9,7 +9,7 @@
 //! same steps. `tests/collision/pairs.md` says how far the two agree.
 
 use super::epa::deepest;
-use super::gjk::{Convex, Difference, Found, TOLERANCE, nearest};
+use super::gjk::{Convex, Difference, TOLERANCE, nearest};
 use super::manifold::{Touch, spread};
 use super::{Hits, Placed};
 use crate::math::Vec3;
@@ -22,7 +22,7 @@ pub(super) fn convex(kinds: [GeomKind; 2], a: &Placed, b: &Placed, margin: f64, 
     let reach = shapes[0].radius + shapes[1].radius;
     let touching = margin - TOUCH * (a.size.sum() + b.size.sum());
     if reach > 0.0 {
-        let Found::Near(x, simplex) = nearest(&difference, reach) else { return };
+        let Some((x, simplex)) = nearest(&difference, reach) else { return };
         let gap = x.norm();
         if gap > TOLERANCE {
             if gap > reach {
@@ -39,7 +39,7 @@ pub(super) fn convex(kinds: [GeomKind; 2], a: &Placed, b: &Placed, margin: f64, 
         }
     }
     difference.whole = 1.0;
-    let Found::Near(x, simplex) = nearest(&difference, 0.0) else { return };
+    let Some((x, simplex)) = nearest(&difference, 0.0) else { return };
     if x.norm() > TOLERANCE {
         return;
     }

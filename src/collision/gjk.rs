@@ -129,16 +129,9 @@ impl Simplex {
     }
 }
 
-/// What the search found.
-pub(super) enum Found {
-    /// The shapes are further apart than asked for.
-    Apart,
-    /// x, the difference's point nearest to the origin, and its simplex. Shorter than the tolerance: they overlap.
-    Near(Vec3, Simplex),
-}
-
-/// The nearest point of the difference, unless it is further away than `reach` (m).
-pub(super) fn nearest(difference: &Difference, reach: f64) -> Found {
+/// The difference's point nearest to the origin, and its simplex: shorter than the tolerance, the shapes overlap. None if
+/// it is further away than `reach` (m).
+pub(super) fn nearest(difference: &Difference, reach: f64) -> Option<(Vec3, Simplex)> {
     let mut simplex = Simplex::default();
     // With one centre for both any direction will do.
     let mut x = if difference.between.norm() < MIN_VAL { Vec3::x() } else { difference.between };
@@ -154,7 +147,7 @@ pub(super) fn nearest(difference: &Difference, reach: f64) -> Found {
             break;
         }
         if along > 0.0 && along * along > reach * reach * len2 {
-            return Found::Apart;
+            return None;
         }
         simplex.push(next);
         simplex.reduce();
@@ -165,7 +158,7 @@ pub(super) fn nearest(difference: &Difference, reach: f64) -> Found {
             break;
         }
     }
-    Found::Near(x, simplex)
+    Some((x, simplex))
 }
 
 fn same_sign(a: f64, b: f64) -> bool {

@@ -101,8 +101,8 @@ impl Touch<'_> {
     fn face_on_face(&self, first: &Face, second: &Face, out: &mut Hits) {
         let border = first.polygon(&self.shapes[0]);
         let mut polygon = second.polygon(&self.shapes[1]);
-        let (low, high) = (border.points[0], self.from_first(&polygon.points[0]));
-        polygon.points.iter_mut().for_each(|p| *p = self.from_first(p));
+        let (low, high) = (border.points[0], self.seen_from_first(&polygon.points[0]));
+        polygon.points.iter_mut().for_each(|p| *p = self.seen_from_first(p));
         polygon.clip(&border, &first.normal);
         let normal = -second.normal;
         let dist = |p: &Vec3| (high - p).dot(&normal);
@@ -120,7 +120,7 @@ impl Touch<'_> {
     fn line_on_face(&self, mut line: Polygon, face: &Face, owner: usize, out: &mut Hits) {
         let mut border = face.polygon(&self.shapes[owner]);
         let of_second = if owner == 1 { &mut border } else { &mut line };
-        of_second.each(|p| *p = self.from_first(p));
+        of_second.each(|p| *p = self.seen_from_first(p));
         line.clip(&border, &face.normal);
         let dist = |p: &Vec3| (p - border.points[0]).dot(&face.normal);
         line.keep(|p| dist(p) <= self.margin);
@@ -133,7 +133,7 @@ impl Touch<'_> {
     }
 
     /// From the first shape's centre, what is given from the second's.
-    fn from_first(&self, p: &Vec3) -> Vec3 {
+    fn seen_from_first(&self, p: &Vec3) -> Vec3 {
         self.shapes[1].shape.pos - self.shapes[0].shape.pos + p
     }
 
