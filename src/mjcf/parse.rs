@@ -29,7 +29,7 @@ pub fn load(path: &Path, limits: &Limits) -> (Document, Vec<Problem>) {
             let end = unread.valid.len();
             let source = Source { name, path: path.to_path_buf(), text: unread.valid };
             let document = Document { files: vec![source], nodes: Vec::new() };
-            let problem = Problem::new(unread.kind, Span::new(0, end, end));
+            let problem = Problem::new(*unread.kind, Span::new(0, end, end));
             let near = || Some(path.with_file_name(similar_file(path)?).display().to_string());
             let problem = match unread.help {
                 Some(help) => problem.help(help),
@@ -75,7 +75,7 @@ fn parse_file(path: &Path, text: String, limits: &Limits) -> (Document, Vec<Prob
 
 /// Why a file has no text.
 struct Unread {
-    kind: ProblemKind,
+    kind: Box<ProblemKind>,
     help: Option<String>,
     /// The part that could be read.
     valid: String,
@@ -83,7 +83,7 @@ struct Unread {
 
 impl From<ProblemKind> for Unread {
     fn from(kind: ProblemKind) -> Unread {
-        Unread { kind, help: None, valid: String::new() }
+        Unread { kind: Box::new(kind), help: None, valid: String::new() }
     }
 }
 
@@ -572,9 +572,9 @@ impl Parser<'_> {
         }
         match read_text(&path, &name, self.left, self.limits) {
             Err(unread) => {
-                self.full |= matches!(unread.kind, ProblemKind::OverLimit { .. });
+                self.full |= matches!(*unread.kind, ProblemKind::OverLimit { .. });
                 let near = || Some(Path::new(&file).with_file_name(similar_file(&path)?).display().to_string());
-                let problem = Problem::new(unread.kind, place);
+                let problem = Problem::new(*unread.kind, place);
                 self.problems.push(match unread.help {
                     Some(help) => problem.help(help),
                     None => problem.suggest(near().as_deref()),

@@ -213,7 +213,8 @@ pub const SCHEMA: &[Element] = &[
     // Default classes.
     element("default", "mujoco default", &[&[text("class")]]),
     // Of what Penny cannot use anyway, the defaults do not matter.
-    silent("equality tendon orientation pid muscle adhesion dcmotor", "default", "*").once(),
+    silent("equality orientation pid muscle adhesion dcmotor", "default", "*").once(),
+    silent("tendon", "default", "*").typed(&[TENDON]),
     // Bodies.
     element("worldbody", "mujoco", &[]),
     element(
@@ -561,7 +562,16 @@ pub const SCHEMA: &[Element] = &[
     .ignored("Penny does not measure this; the other sensors are not affected"),
     // Other constraints.
     unsupported("equality", "mujoco", "what it ties together would come apart", "join the bodies by nesting them"),
-    unsupported("tendon", "mujoco", "its forces and limits would be missing", "use joints with springs and ranges"),
+    // A fixed tendon without spring, damper, limit, friction and inertia moves nothing.
+    silent("tendon", "mujoco", ""),
+    silent(
+        "fixed",
+        "tendon",
+        "group margin solimpfriction solimplimit solreffriction solreflimit springlength springyield",
+    )
+    .typed(&[&[name("tendon"), class("class")], TENDON]),
+    silent("joint", "fixed", "coef").typed(&[&[reference("joint", "joint").required()]]),
+    unsupported("spatial", "tendon", "its forces and limits would be missing", "use joints with springs and ranges"),
     unsupported("deformable", "mujoco", "the deformable bodies would be missing", "use rigid bodies"),
     unsupported("extension", "mujoco", "its plugins would be missing", "leave it out"),
     // Data.
@@ -590,6 +600,19 @@ pub const SCHEMA: &[Element] = &[
         ]],
     )
     .and("plastic"),
+];
+
+const NO_TENDON: &str = "the tendon would exert no force";
+const TENDON: &[Attribute] = &[
+    numbers("range", 2, "0 0", "m or rad").may_be_infinite().unsupported(NO_TENDON, "limit the joints"),
+    keyword("limited", AUTO, "auto").without_effect(),
+    up_to("stiffness", 3, "0 0 0", "N/m or N m/rad").unsupported(NO_TENDON, "give the joints springs"),
+    up_to("damping", 3, "0 0 0", "N s/m or N m s/rad").unsupported(NO_TENDON, "give the joints a `damping`"),
+    number("frictionloss", "0", "N or N m").unsupported(NO_TENDON, "give the joints a `frictionloss`"),
+    number("armature", "0", "kg or kg m²").unsupported(NO_TENDON, "give the joints an `armature`"),
+    numbers("actuatorfrcrange", 2, "0 0", "N or N m").may_be_infinite().without_effect(),
+    keyword("actuatorfrclimited", AUTO, "auto").without_effect(),
+    user(),
 ];
 
 const FRAMES: &[&str] = &["body", "xbody", "geom", "site", "camera"];

@@ -86,7 +86,8 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     let trial = budget();
     let text = trial_run(&model, &method, &trial);
     // "Gains no energy" would contradict what theory says of a scene that starts in equilibrium.
-    if !text.is_empty() && !(limits.broken() && text.contains("gain no energy")) {
+    let contradicts = limits.broken() && text.contains("gain no energy");
+    if !text.is_empty() && !contradicts {
         print!("\n{text}");
     }
     print!("{}", limits.text());
@@ -273,7 +274,7 @@ fn stable_by_theory(model: &Model, method: &Method) -> Option<&'static str> {
         i.name != method.integrator.name
             && springs.iter().all(|s| theory::limit(i, s).is_some_and(|limit| limit > method.timestep))
     };
-    [&integrate::implicitfast::METHOD, &integrate::implicit_euler::METHOD].iter().find(|i| stable(&i)).map(|i| i.name)
+    [&integrate::implicitfast::METHOD, &integrate::implicit_euler::METHOD].iter().find(|i| stable(i)).map(|i| i.name)
 }
 
 /// An integrator under which a start that is unstable now gains nothing at the same timestep, by theory and tried out.

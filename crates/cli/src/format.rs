@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(si(8.9e-15, "m"), "8.90e-15 m");
         assert_eq!(short(123_456.0), "123456");
         assert_eq!(short(0.05), "0.05");
-        assert_eq!((si(2500.0, "kg"), si(0.318, "kg m²")), ("2500 kg".to_owned(), "0.318 kg m²".to_owned()));
+        assert_eq!((si(2500.0, "kg"), si(0.32, "kg m²")), ("2500 kg".to_owned(), "0.32 kg m²".to_owned()));
     }
 
     #[test]
