@@ -211,7 +211,7 @@ pub struct Body {
     /// The body whose joints move this one: itself if it has joints, else its nearest ancestor that has;
     /// 0 for whatever is fixed to the world. (MuJoCo's `body_weldid`.)
     pub weld: usize,
-    /// Index into [`Model::trees`]; `None` for what never moves.
+    /// Index into [`Parts::trees`]; `None` for what never moves.
     pub tree: Option<usize>,
     /// Mean inverse mass (1/kg) and mean inverse inertia (1/(kg m²)) seen at the COM in `qpos0`.
     pub invweight0: [f64; 2],
@@ -414,7 +414,7 @@ pub struct Pairs {
     pub excluded: Vec<(usize, usize)>,
     /// Swept geoms with the same class have the same contact parameters (indexed by geom).
     pub class: Vec<u32>,
-    /// Index into [`Model::mixes`] of each two classes: a square matrix, row by row.
+    /// Index into [`Parts::mixes`] of each two classes: a square matrix, row by row.
     pub mix_table: Vec<u32>,
 }
 

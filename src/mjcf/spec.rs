@@ -238,7 +238,7 @@ pub struct Actuator {
     /// force = gain · (1, length, velocity) · input + bias · (1, length, velocity)
     pub gain: [f64; 3],
     pub bias: [f64; 3],
-    /// Damping in place of −bias[2], in units of critical damping; 0: as bias says.
+    /// Damping in place of −bias₂, in units of critical damping; 0: as bias says.
     pub dampratio: f64,
     /// The range of controls (or of activations) is that of the joint times this; 0: it is not.
     pub inheritrange: f64,
