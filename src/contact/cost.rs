@@ -62,67 +62,11 @@ pub type Spread = [f64; 10];
 /// Which piece of s(x) a point is in: the same number means the same formula.
 pub type Zone = u16;
 
-const OUTSIDE: Zone = 0;
-const BETWEEN: Zone = 1;
-const INSIDE: Zone = 2;
+pub const OUTSIDE: Zone = 0;
+pub const BETWEEN: Zone = 1;
+pub const INSIDE: Zone = 2;
 /// Of [`Kind::Coulomb`]: sliding or rolling at the limit. (Bit 0: pushes; bit of a group's first row: at its limit.)
 const TURNS: Zone = 1 << 1 | 1 << 4;
-
-/// Second derivatives of s(x), a symmetric matrix C.
-pub enum Curvature {
-    Zero,
-    Diagonal([f64; 6]),
-    /// Diagonal, and the first row (from its second number on), which is also the first column.
-    Arrow([f64; 6], [f64; 6]),
-    Full([[f64; 6]; 6]),
-    /// Diagonal, and the elements between the two sliding and between the two rolling rows.
-    Pairs([f64; 6], [f64; 2]),
-}
-
-impl Curvature {
-    /// Row k of C J, for rows J of fixed length; `None` where the row of C is zero, as for friction that does not push.
-    #[inline]
-    pub fn times<const N: usize>(&self, k: usize, rows: &[[f64; N]]) -> Option<[f64; N]> {
-        if let Curvature::Diagonal(d) | Curvature::Arrow(d, _) | Curvature::Pairs(d, _) = self
-            && d[k] == 0.0
-        {
-            return None;
-        }
-        let mut out = [0.0; N];
-        let mut add = |factor: f64, row: &[f64; N]| {
-            for i in 0..N {
-                out[i] += factor * row[i];
-            }
-        };
-        match self {
-            Curvature::Zero => return None,
-            Curvature::Diagonal(d) => add(d[k], &rows[k]),
-            Curvature::Arrow(d, first) => {
-                add(d[k], &rows[k]);
-                if k > 0 {
-                    add(first[k], &rows[0]);
-                } else {
-                    (1..rows.len()).filter(|&j| first[j] != 0.0).for_each(|j| add(first[j], &rows[j]));
-                }
-            }
-            Curvature::Pairs(d, off) => {
-                add(d[k], &rows[k]);
-                if let Some((other, which)) = [None, Some((2, 0)), Some((1, 0)), None, Some((5, 1)), Some((4, 1))][k] {
-                    add(off[which], &rows[other]);
-                }
-            }
-            Curvature::Full(full) => (0..rows.len()).for_each(|j| add(full[k][j], &rows[j])),
-        }
-        Some(out)
-    }
-
-    /// C, written out.
-    pub fn matrix(&self) -> [[f64; 6]; 6] {
-        let mut unit = [[0.0; 6]; 6];
-        (0..6).for_each(|i| unit[i][i] = 1.0);
-        std::array::from_fn(|k| self.times(k, &unit).unwrap_or_default())
-    }
-}
 
 impl Cone {
     /// How many numbers of a [`Spread`] count.
@@ -194,64 +138,16 @@ impl Cone {
         (cost, zone)
     }
 
-    /// What x and the forces at hand ask the forces to be, each constraint by itself:
-    ///
-    ///     normal: f⁺ = max(0, f − (x + R f)/λ),     friction: f⁺ = f − (x + R f)/λ brought back to the limit μ f₀
-    ///
-    /// with R = 1/D. f⁺ is f if and only if f = −∂s/∂x, and the difference is well conditioned however stiff they are.
-    ///
-    /// In: `inverse` masses λ of the normal and of each group of friction; for [`Kind::OneSided`], [`Kind::Dry`] and
-    /// [`Kind::Coulomb`].
-    pub fn wish(&self, x: &[f64; 6], force: &[f64; 6], inverse: &[f64; 4]) -> [f64; 6] {
-        let mut wish = *force;
-        wish[0] = force[0] - (x[0] + force[0] / self.d[0]) / inverse[0];
-        if self.kind == Kind::Dry {
-            wish[0] = wish[0].clamp(-self.mu[0], self.mu[0]);
-            return wish;
-        }
-        wish[0] = wish[0].max(0.0);
-        for (group, inverse) in self.groups().zip(&inverse[1..]) {
-            let (d, mu) = (self.d[group.start], self.mu[group.start]);
-            if d == 0.0 {
-                continue;
-            }
-            // In slips and forces scaled by the rows' coefficients the limit is a circle.
-            let mut square = 0.0;
-            for k in group.clone() {
-                let f = force[k] / self.mu[k];
-                let scaled = f - (self.mu[k] * x[k] + f / d) / (inverse * mu * mu);
-                wish[k] = self.mu[k] * scaled;
-                square += scaled * scaled;
-            }
-            if square > force[0] * force[0] {
-                let scale = force[0] / square.sqrt();
-                group.for_each(|k| wish[k] *= scale);
-            }
-        }
-        wish
-    }
-
-    /// By how much forces differ from −∂s/∂x, as an acceleration: the largest λ |f − f⁺|, m/s² or rad/s²; see
-    /// [`Cone::wish`].
-    pub fn misfit(&self, x: &[f64; 6], force: &[f64; 6], inverse: &[f64; 4]) -> f64 {
-        let wish = self.wish(x, force, inverse);
-        let mut most = inverse[0] * (force[0] - wish[0]).abs();
-        for (group, inverse) in self.groups().zip(&inverse[1..]) {
-            group.for_each(|k| most = most.max(inverse * (force[k] - wish[k]).abs()));
-        }
-        most
-    }
-
     /// The groups of friction rows that there are.
     #[inline(always)]
-    fn groups(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
+    pub fn groups(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
         let dim = self.dim;
         GROUPS.into_iter().take_while(move |group| group.end <= dim)
     }
 
     /// T² of a group of friction rows.
     #[inline(always)]
-    fn square(&self, x: &Spread, group: &std::ops::Range<usize>) -> f64 {
+    pub fn square(&self, x: &Spread, group: &std::ops::Range<usize>) -> f64 {
         group.clone().map(|k| self.mu[k] * self.mu[k] * x[k] * x[k]).sum()
     }
 
@@ -303,7 +199,7 @@ impl Cone {
 
     /// The zone, N and T of a point under an elliptic cone.
     #[inline]
-    fn zone_of_ellipse(&self, x: &Spread) -> (Zone, f64, f64) {
+    pub fn zone_of_ellipse(&self, x: &Spread) -> (Zone, f64, f64) {
         let mu = self.mu[0];
         let n = mu * x[0];
         let mut squares = 0.0;
@@ -324,7 +220,7 @@ impl Cone {
 
     /// The weight between the zones, D / (μ̃² (1 + μ̃²)).
     #[inline]
-    fn middle(&self) -> f64 {
+    pub fn middle(&self) -> f64 {
         let square = self.mu[0] * self.mu[0];
         self.d[0] / (square * (1.0 + square))
     }
@@ -424,99 +320,6 @@ impl Cone {
             }
         }
         (first, second)
-    }
-
-    /// Second derivatives of s at `x`, between its components.
-    #[inline]
-    pub fn curvature(&self, x: &Spread) -> Curvature {
-        let d = self.d[0];
-        match self.kind {
-            Kind::OneSided if x[0] < 0.0 => Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0]),
-            Kind::Dry if self.frozen == 0 && (d * x[0]).abs() < self.mu[0] => {
-                Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0])
-            }
-            Kind::OneSided | Kind::Dry => Curvature::Zero,
-            Kind::Pyramid => self.curvature_of_pyramid(x),
-            Kind::Ellipse => self.curvature_of_ellipse(x),
-            Kind::Coulomb => self.curvature_of_coulomb(x),
-        }
-    }
-
-    #[inline]
-    fn curvature_of_coulomb(&self, x: &Spread) -> Curvature {
-        let (mut diagonal, mut off) = ([0.0; 6], [0.0; 2]);
-        if x[0] < 0.0 {
-            diagonal[0] = self.d[0];
-        }
-        if self.frozen > 0 {
-            return Curvature::Diagonal(diagonal);
-        }
-        for (i, group) in self.groups().enumerate() {
-            let (d, square) = (self.d[group.start], self.square(x, &group));
-            let weight = |k: usize| self.mu[k] * self.mu[k];
-            if d * d * square <= self.limit * self.limit {
-                group.for_each(|k| diagonal[k] = d * weight(k));
-            } else if group.len() == 2 {
-                // n T'' = n/T (μ² − w wᵀ),  wₖ = μₖ²xₖ/T
-                let (a, b, turn) = (group.start, group.start + 1, self.limit / square.sqrt());
-                diagonal[a] = turn * weight(a) * weight(b) * x[b] * x[b] / square;
-                diagonal[b] = turn * weight(a) * weight(b) * x[a] * x[a] / square;
-                off[i / 2] = -turn * weight(a) * weight(b) * x[a] * x[b] / square;
-            }
-        }
-        Curvature::Pairs(diagonal, off)
-    }
-
-    #[inline]
-    fn curvature_of_pyramid(&self, x: &Spread) -> Curvature {
-        let d = self.d[0];
-        // D for each edge that pushes; per friction direction the sum and the difference of its two edges.
-        let mut diagonal = [0.0; 6];
-        let mut arrow = [0.0; 6];
-        let mut skew = false;
-        for j in 1..self.dim {
-            let [plus, minus] = [x[2 * j - 2], x[2 * j - 1]].map(|x| if x < 0.0 { d } else { 0.0 });
-            diagonal[0] += plus + minus;
-            diagonal[j] = self.mu[j] * self.mu[j] * (plus + minus);
-            arrow[j] = self.mu[j] * (plus - minus);
-            skew |= plus != minus;
-        }
-        if diagonal[0] == 0.0 {
-            return Curvature::Zero;
-        }
-        if !skew {
-            return Curvature::Diagonal(diagonal);
-        }
-        Curvature::Arrow(diagonal, arrow)
-    }
-
-    fn curvature_of_ellipse(&self, x: &Spread) -> Curvature {
-        let (zone, n, t) = self.zone_of_ellipse(x);
-        match zone {
-            OUTSIDE => Curvature::Zero,
-            INSIDE => Curvature::Diagonal(self.d),
-            _ => {
-                let (mu, dm) = (self.mu[0], self.middle());
-                let gap = n - mu * t;
-                // s = D'/2 g², g = N − μ̃T: s'' = D' (g' g'ᵀ + g g''), where T' = w, T'' = (μ² − w wᵀ) / T.
-                let mut w = [0.0; 6];
-                for j in 1..self.dim {
-                    w[j] = self.mu[j] * self.mu[j] * x[j] / t;
-                }
-                let mut full = [[0.0; 6]; 6];
-                full[0][0] = dm * mu * mu;
-                for j in 1..self.dim {
-                    full[0][j] = -dm * mu * mu * w[j];
-                    full[j][0] = full[0][j];
-                    for k in 1..=j {
-                        let own = if j == k { self.mu[j] * self.mu[j] } else { 0.0 };
-                        full[j][k] = dm * mu * (mu * w[j] * w[k] - gap * (own - w[j] * w[k]) / t);
-                        full[k][j] = full[j][k];
-                    }
-                }
-                Curvature::Full(full)
-            }
-        }
     }
 }
 

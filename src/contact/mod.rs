@@ -8,17 +8,37 @@
 //! |---|---|
 //! | `joint_rows` | limits that are near, and dry friction |
 //! | `islands`, `disjoint_sets` | which trees constraints hold together |
-//! | `island` | the rows of one island, and where its results go |
+//! | `island` | the constraints of one island, and where its results go |
+//! | `unit_mass`, `rows` | coordinates in which every tree has unit mass; rows of J in them, and Newton's matrix |
 //! | `impedance`, `per_mix`, `constants` | what `solref` and `solimp` mean |
-//! | `cost`, `newton`, `block_cholesky` | convex problems in the accelerations, and Newton's method for them |
+//! | `cost`, `curvature`, `newton` | convex problems in the accelerations, and Newton's method for them |
+//! | `block_factor` | linear systems |
 //! | `tangent` | forces at known accelerations and their derivatives, for implicit steps |
 //! | `pointwise` | for laws that are a formula for one contact point |
 //! | `describe` | what a law says of itself to `explain` and `compare` |
 //! | `penalty`, `mujoco`, `tutorial` | the laws |
 
-pub mod block_cholesky;
+/// Calls a kernel with a size that the compiler knows, so that it unrolls the loops: 6 for free bodies, nearly all there is,
+/// and even ones for a tree alone.
+macro_rules! sized {
+    ($size:expr, $n:ident => $work:expr) => {
+        sized!($size, $n => $work, 6 8 10 12 14 16)
+    };
+    ($size:expr, $n:ident => $work:expr, $($known:literal)*) => {
+        match $size {
+            $($known => {
+                let $n = $known;
+                $work
+            })*
+            $n => $work,
+        }
+    };
+}
+
+pub mod block_factor;
 pub mod constants;
 pub mod cost;
+pub mod curvature;
 pub mod describe;
 pub mod disjoint_sets;
 pub mod impedance;
@@ -30,8 +50,10 @@ pub mod newton;
 pub mod penalty;
 pub mod per_mix;
 pub mod pointwise;
+mod rows;
 pub mod tangent;
 pub mod tutorial;
+mod unit_mass;
 
 use crate::data::{Contact, Data, Outcome, Scratchpad};
 use crate::math::Vec3;
@@ -179,7 +201,7 @@ pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut D
         let task = Task { model, settings, state, data };
         assemble(&task, islands, group, island);
         let outcome = (law.solve)(&task, own, island);
-        data.counts.rows += island.rows();
+        data.counts.rows += island.row_count();
         island.finish(model, data);
         data.counts.solves += outcome.iterations;
         data.solver.iterations = data.solver.iterations.max(outcome.iterations);
@@ -207,7 +229,8 @@ fn take(
     let Some(a) = found else { return false };
     let smooth = data.movers[tree.bodies.start].acc;
     data.counts.rows += which.iter().map(|&c| model.mixes[data.contacts[c].mix as usize].condim).sum::<usize>();
-    island::finish_free(free, data.plan.aligned[t], tree, data, &a.into(), &smooth.into());
+    let change = a - smooth;
+    unit_mass::finish_free(free, data.plan.aligned[t], tree, data, &a.into(), &change.into());
     true
 }
 

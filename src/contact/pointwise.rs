@@ -3,9 +3,8 @@
 //! Such a law needs no more than a formula; [`solve`] does the rest of [`super::Law::solve`] for it.
 
 use super::Task;
-use super::island::{Island, Push, Source};
-use crate::data::Contact;
-use crate::data::Outcome;
+use super::island::{Island, Source};
+use crate::data::{Contact, Outcome};
 use crate::model::Mix;
 
 /// One contact point that is in touch, as a formula sees it.
@@ -45,5 +44,5 @@ pub fn solve(task: &Task, island: &mut Island, force: impl Fn(&Point) -> [f64; 6
             c.force[c.cone.dim..].fill(0.0);
         }
     }
-    island.solve(task.model, task.data, Push)
+    island.push_forces()
 }

@@ -4,7 +4,7 @@
 //! a = (v' − v)/h. Then the forces of a law are formulas, one a constraint, and nothing need be solved for them. Where
 //! v' solves the step, they are the forces that the law's solution has there.
 
-use super::island::{Island, Push, Source};
+use super::island::{Island, Source};
 use super::{Law, Scratch, Settings, Task, assemble, joint_rows};
 use crate::data::{Data, JointRowKind, Outcome, Scratchpad};
 use crate::model::Model;
@@ -59,8 +59,8 @@ pub fn constrain_at(model: &Model, settings: &Settings, state: &State, a: &[f64]
         assemble(&task, islands, group, island);
         island.take_rates(model, data, a);
         respond(settings.law, &task, own, island);
-        island.solve(model, data, Push);
-        data.counts.rows += island.constraints.iter().map(|c| c.cone.dim).sum::<usize>();
+        island.push_forces();
+        data.counts.rows += island.row_count();
         island.finish(model, data);
     }
     data.scratch.put(scratch);
@@ -162,9 +162,7 @@ impl Island {
     /// Takes the accelerations of all rows, J a, from those of the dofs.
     fn take_rates(&mut self, model: &Model, data: &Data, a: &[f64]) {
         self.guess(model, data, a);
-        for i in 0..self.constraints.len() {
-            self.constraints[i].rate = self.accelerations(i);
-        }
+        self.multiply_w(|c, product| c.rate = std::array::from_fn(|k| product[k] + c.smooth[k]));
     }
 
     /// Shifts row k of every constraint: its velocity by that of `shifts` times `sign`, and what depends on it.

@@ -134,6 +134,21 @@ impl Pattern {
         }
     }
 
+    /// x ← L⁻ᵀ x with the factor of [`factor`](Pattern::factor), in D columns side by side; most of x may be zero, as on
+    /// a chain of the tree.
+    pub fn reduce<const D: usize>(&self, dofs: &Range<usize>, h: &[f64], x: &mut [[f64; D]]) {
+        for (k, row) in self.rows(dofs).iter().enumerate().rev() {
+            let own = x[k];
+            if own == [0.0; D] {
+                continue;
+            }
+            for (l, entry) in h[row.beside_diagonal()].iter().zip(&self.entries[row.beside_diagonal()]) {
+                let x = &mut x[entry.column];
+                (0..D).for_each(|d| x[d] -= l * own[d]);
+            }
+        }
+    }
+
     /// x ← H⁻¹ x with the factor of [`factor`](Pattern::factor): x ← L⁻ᵀ x, then D⁻¹ x, then L⁻¹ x.
     ///
     /// In: `x` holds the tree's dofs, in one column or several side by side.

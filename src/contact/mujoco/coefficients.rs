@@ -114,11 +114,9 @@ impl Coefficients {
     /// are that share of what they would be.
     ///
     ///     x = J a + s bias − (1 − s) J a_smooth
-    ///
-    /// In: `smooth` the rows' accelerations J·a_smooth, m/s² and rad/s².
-    pub fn switch_on(&self, dist: f64, c: &mut Constraint, smooth: &[f64; 6]) {
+    pub fn switch_on(&self, dist: f64, c: &mut Constraint) {
         let share = impedance::share(self.margin - dist, self.onset);
-        for (bias, a) in c.bias.iter_mut().zip(smooth) {
+        for (bias, a) in c.bias.iter_mut().zip(&c.smooth) {
             *bias = share * *bias - (1.0 - share) * a;
         }
     }

@@ -2,8 +2,8 @@
 //! contacts; a pyramid's edges one by one. To look at and to compare, not on the way of a step.
 
 use crate::contact::cost::Kind;
-use crate::contact::island::{Island, force_on_free_joint};
-use crate::contact::newton::Stop;
+use crate::contact::island::Island;
+use crate::contact::newton::{self, Stop};
 use crate::contact::{Settings, Task, assemble_all};
 use crate::data::{Data, Scratchpad};
 use crate::model::Model;
@@ -30,10 +30,10 @@ pub fn list(model: &Model, settings: &Settings, state: &State, data: &Data) -> V
     super::pose(&task, &mut Scratchpad::default(), &mut island);
     island.guess(model, data, &data.qacc);
     // The forces of stiff edges cannot be had from qacc alone, they would drown in its last digits: from there on, Newton.
-    island.solve(model, data, Stop { warm: true, ..super::stop(model) });
+    newton::minimise(&task, &mut island, &Stop { warm: true, ..super::stop(model) });
     let mut list = Vec::new();
     for (i, c) in island.constraints.iter().enumerate() {
-        let jac: Vec<Vec<f64>> = (0..c.cone.dim).map(|k| qvel_row(model, data, &island.split_row(i, k))).collect();
+        let jac: Vec<Vec<f64>> = (0..c.cone.dim).map(|k| island.row_of_dofs(model, data, i, k)).collect();
         // e₀ times the first component plus e₁ times the j-th.
         let edge = |j: usize, slope: f64, x: f64| Row {
             jac: jac[0].iter().zip(&jac[j]).map(|(n, t)| n + slope * t).collect(),
@@ -56,19 +56,4 @@ pub fn list(model: &Model, settings: &Settings, state: &State, data: &Data) -> V
         }
     }
     list
-}
-
-/// A row in the island's coordinates, one slice per tree, as a row of qvel.
-fn qvel_row(model: &Model, data: &Data, parts: &[(usize, &[f64])]) -> Vec<f64> {
-    let mut row = vec![0.0; model.nv];
-    for &(t, part) in parts {
-        let tree = &model.trees[t];
-        let out = &mut row[tree.dofs.clone()];
-        match &tree.free {
-            // A row is transformed like a force: both are dual to accelerations.
-            Some(free) => out.copy_from_slice(&force_on_free_joint(free, tree, data, part)),
-            None => out.copy_from_slice(part),
-        }
-    }
-    row
 }

@@ -16,12 +16,11 @@ pub mod efc;
 use super::cost::Kind;
 use super::describe::{self, Description};
 use super::impedance;
-use super::island::{Island, Solve, Source};
-use super::newton::{self, Constraint, Space, Stop, Vectors};
+use super::island::{Island, Source};
+use super::newton::{self, Constraint, Stop};
+use super::per_mix::PerMix;
 use super::{Law, Lever, Task};
-use crate::contact::per_mix::PerMix;
-use crate::data::Outcome;
-use crate::data::{JointRow, JointRowKind, Scratchpad};
+use crate::data::{JointRow, JointRowKind, Outcome, Scratchpad};
 use crate::model::Model;
 use crate::state::Start;
 use coefficients::Coefficients;
@@ -43,7 +42,7 @@ pub static LAW: Law = Law {
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     pose(task, own, island);
     island.guess(task.model, task.data, &task.state.qacc_warmstart);
-    island.solve(task.model, task.data, stop(task.model))
+    newton::minimise(task, island, &stop(task.model))
 }
 
 /// Turns the island's constraints into terms of the convex problem.
@@ -55,14 +54,13 @@ fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
                 let contact = &task.data.contacts[index];
                 let own = &coefficients[contact.mix as usize];
                 let inverse = if task.model.opt.flags.diagexact {
-                    own.exact(|e| island.inverse_mass(task.model, task.data, i, e))
+                    own.exact(|e| island.inverse_mass(i, e))
                 } else {
                     coefficients::inverse_mass(task.model, contact)
                 };
                 own.fill(contact.dist, inverse, &mut island.constraints[i]);
                 if own.switches_on(contact.dist) {
-                    let smooth = island.smooth_accelerations(i);
-                    own.switch_on(contact.dist, &mut island.constraints[i], &smooth);
+                    own.switch_on(contact.dist, &mut island.constraints[i]);
                 }
             }
             Source::Joint(index) => joint(&task.data.joint_rows[index], &mut island.constraints[i]),
@@ -83,14 +81,7 @@ pub fn joint(row: &JointRow, c: &mut Constraint) {
     c.bias[0] = -row.reference.acceleration(row.impedance, row.violation, c.velocity[0]);
 }
 
-impl Solve for Stop {
-    type Outcome = Outcome;
-
-    fn solve<S: Space>(self, space: &mut S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint]) -> Outcome {
-        newton::minimise(space, v, constraints, &self)
-    }
-}
-
+/// When to stop: what the scene says.
 fn stop(model: &Model) -> Stop {
     let opt = &model.opt;
     Stop { tolerance: opt.tolerance, iterations: opt.iterations, warm: opt.flags.warmstart }

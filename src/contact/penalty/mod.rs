@@ -23,12 +23,14 @@
 //! The normals do not feel the slip but through M: sliding contacts do not hop, as MuJoCo's do. Friction acts at the
 //! body's own surface ([`Lever::Surface`]).
 //!
-//! **How it is solved.** For given limits the sum is convex and has one least point: Newton's method with line search
-//! finds it ([`super::newton`]). Whenever a full Newton step has left every constraint on its piece of the cost, the
-//! limits are set to μ n, until nothing changes any more: until every force is what its formula asks of a = a₀ + M⁻¹ Jᵀ f
-//! to [`TOLERANCE`] of the largest. The last step's forces are the first guess, and mostly still right; they change
-//! nothing but the work. [`Method::rounds`](crate::method::Method::rounds) bounds the Newton steps; the residual that is
-//! left is in `data.solver`.
+//! **How it is solved.** The last step's forces are the first guess, and mostly still right: every force is what its formula
+//! asks of a = a₀ + M⁻¹ Jᵀ f to [`TOLERANCE`] of the largest ([`residual`]). If they are not, Newton's method on these
+//! equations themselves, in which the limits follow the normal forces, mostly finds the solution in one linear system
+//! ([`semismooth`]). Where it does not come nearer, it is the convex problems' turn: for given limits the sum has one least
+//! point, which Newton's method with line search finds ([`super::newton`]); from there the equations are tried again, and if
+//! they are still not solved the limits are set to μ n ([`fixed_point`]). The solution is the same whatever found it.
+//! [`Method::rounds`](crate::method::Method::rounds) bounds the linear systems; the residual that is left is in
+//! `data.solver`.
 //!
 //! With large friction the limits may have no solution that agrees with them, or several (Painlevé): then a residual
 //! stays.
@@ -44,21 +46,24 @@
 //! force that is found along with it: J. Haslinger, "Approximation of the Signorini problem with friction, obeying the
 //! Coulomb law", Math. Meth. Appl. Sci. 5 (1983), 422–437 (fixed point of Tresca problems).
 
+pub mod fixed_point;
+pub mod residual;
+pub mod semismooth;
 pub mod steady;
 
 use super::cost::{GROUPS, Kind};
 use super::describe::{self, Creep, Description, Unlike};
 use super::impedance::{Reference, clamp, impedance, least_regularisation, regularisation, share};
-use super::island::{Island, Solve, Source};
+use super::island::{Island, Source};
 use super::mujoco::coefficients::inverse_mass;
-use super::newton::{self, Constraint, Into, Space, Vectors};
+use super::newton::Constraint;
 use super::per_mix::PerMix;
 use super::{Law, Lever, Task};
-use crate::data::Outcome;
-use crate::data::{Contact, JointRow, JointRowKind, Scratchpad};
+use crate::data::{Contact, JointRow, JointRowKind, Outcome, Scratchpad};
 use crate::math::Vec6;
 use crate::model::{Cone, Mix};
 use crate::state::Start;
+use residual::{relax, residual};
 
 pub static LAW: Law = Law {
     name: "penalty",
@@ -133,8 +138,29 @@ fn shortcut(task: &Task, own: &mut Scratchpad, tree: usize, which: &[usize], con
 
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     pose(task, own, island);
-    island.solve(task.model, task.data, Settle { rounds: task.settings.rounds })
+    island.constraints.iter_mut().for_each(Constraint::begin);
+    let (rounds, implicit) = (task.settings.rounds, task.settings.implicit);
+    let mut outcome = Outcome { iterations: 0, residual: residual(island) };
+    if outcome.residual <= TOLERANCE {
+        relax(&mut island.constraints);
+    } else {
+        if !implicit {
+            outcome = semismooth::solve(island, f64::INFINITY, MOST.min(rounds));
+        }
+        if outcome.residual > TOLERANCE && outcome.iterations < rounds {
+            island.recall(task.data);
+            let next = fixed_point::solve(island, rounds - outcome.iterations);
+            outcome = Outcome { iterations: outcome.iterations + next.iterations, ..next };
+        }
+    }
+    // Accelerations are always those that the forces cause, converged or not.
+    std::mem::swap(&mut island.w, &mut island.p);
+    outcome
 }
+
+/// Steps in a row of Newton's method on the equations themselves. (Eight instead of four solve no more steps of Gymnasium's
+/// walker, which fall into cycles of two or three.)
+const MOST: usize = 4;
 
 /// The terms of the sum.
 fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
@@ -152,12 +178,8 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
     let Task { model, data, settings, .. } = *task;
     let contact = &data.contacts[index];
     let own = &coefficients[contact.mix as usize];
-    let inverse = if model.opt.flags.diagexact {
-        island.inverse_mass(model, data, i, [1.0, 0.0])
-    } else {
-        inverse_mass(model, contact)
-    };
-    let [smooth, ..] = if own.onset > own.margin - contact.dist { island.smooth_accelerations(i) } else { [0.0; 6] };
+    let inverse =
+        if model.opt.flags.diagexact { island.inverse_mass(i, [1.0, 0.0]) } else { inverse_mass(model, contact) };
     let c = &mut island.constraints[i];
     let r = contact.dist - own.margin;
     let d = impedance(&own.solimp, r);
@@ -171,7 +193,7 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
     if own.onset > -r {
         // A share of the force: of the change that it causes.
         let share = share(-r, own.onset);
-        c.bias[0] = share * c.bias[0] - (1.0 - share) * smooth;
+        c.bias[0] = share * c.bias[0] - (1.0 - share) * c.smooth[0];
     }
     if c.cone.dim == 1 {
         return;
@@ -213,100 +235,4 @@ fn friction(timestep: f64, implicit: bool, first: usize, c: &mut Constraint) {
         let d = if inverse > 0.0 { 1.0 / (slip * inverse * mu * mu) } else { 0.0 };
         group.for_each(|k| c.cone.d[k] = d);
     }
-}
-
-/// Newton's method with limits that follow the normal forces.
-struct Settle {
-    rounds: usize,
-}
-
-impl Solve for Settle {
-    type Outcome = Outcome;
-
-    fn solve<S: Space>(self, space: &mut S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint]) -> Outcome {
-        let mut outcome = Outcome { iterations: 0, residual: residual(space, v, constraints) };
-        if outcome.residual <= TOLERANCE {
-            v.a.as_mut().copy_from_slice(v.mp.as_ref());
-            relax(constraints);
-            return outcome;
-        }
-        v.a.as_mut().copy_from_slice(v.mp.as_ref());
-        limit(constraints, false);
-        newton::begin(space, v, constraints);
-        let mut follows = false;
-        while outcome.iterations < self.rounds {
-            outcome.iterations += 1;
-            let Some(settled) = newton::iterate(space, v, constraints) else { break };
-            if settled {
-                outcome.residual = residual(space, v, constraints);
-                if outcome.residual <= TOLERANCE {
-                    break;
-                }
-                limit(constraints, follows);
-                newton::refresh(space, v, constraints);
-            }
-            follows = settled;
-        }
-        if outcome.residual > TOLERANCE {
-            outcome.residual = residual(space, v, constraints);
-        }
-        // Accelerations are always those that the forces cause, converged or not.
-        v.a.as_mut().copy_from_slice(v.mp.as_ref());
-        outcome
-    }
-}
-
-/// Lets the limits of friction L follow the normal forces n: L ← n, a fixed-point iteration.
-///
-/// Where one such change `follows` another, on the same pieces of the cost, a secant through both finds where it leads
-/// (Anderson acceleration of depth one):
-///
-///     r = n − L,   β = r·Δr/|Δr|²,   L ← n − β Δn          Δ: change since the last time;  −10 ≤ β ≤ 1
-///
-/// Source: H. Walker, P. Ni, Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49 (2011).
-fn limit(constraints: &mut [Constraint], follows: bool) {
-    let (mut along, mut square) = (0.0, 0.0);
-    for c in constraints.iter() {
-        let residual = c.force[0] - c.cone.limit;
-        let change = residual - c.last[1];
-        along += residual * change;
-        square += change * change;
-    }
-    let beta = if follows && square > 0.0 { (along / square).clamp(-10.0, 1.0) } else { 0.0 };
-    for c in constraints {
-        let (n, residual) = (c.force[0], c.force[0] - c.cone.limit);
-        c.cone.limit = (n - beta * (n - c.last[0])).max(0.0);
-        c.last = [n, residual];
-    }
-}
-
-/// What a residual is measured by, m/s²: what the normal force does, and more than the rounding of v/h and of a_ref.
-fn size(c: &Constraint) -> f64 {
-    (c.inverse[0] * c.force[0].abs()).max(1e-4 * c.bias[..c.cone.dim].iter().fold(0.0, |m, b| b.abs().max(m)))
-}
-
-/// Lets forces that were taken as they were go part of the way to what their formulas ask for (Jacobi's method, damped for
-/// eight contacts on a body): else an error within the tolerance would stay, and grow beyond it in a later step.
-fn relax(constraints: &mut [Constraint]) {
-    for c in constraints {
-        let x: [f64; 6] = std::array::from_fn(|k| c.y[k] + c.bias[k]);
-        let wish = c.cone.wish(&x, &c.force, &c.inverse);
-        (0..c.cone.dim).for_each(|k| c.force[k] += 0.125 * (wish[k] - c.force[k]));
-    }
-}
-
-/// By how much the forces differ from what their formulas ask for under the acceleration that they cause together: the
-/// largest difference, as an acceleration, relative to the largest acceleration that a normal force causes.
-///
-/// Writes: that acceleration into `v.mp`.
-fn residual<S: Space>(space: &S, v: &mut Vectors<S::Vector>, constraints: &mut [Constraint]) -> f64 {
-    newton::accelerate(space, v, constraints);
-    space.multiply_j(&v.mp, Into::Y, constraints);
-    let (mut most, mut scale) = (0.0f64, 0.0f64);
-    for c in constraints.iter() {
-        let x: [f64; 6] = std::array::from_fn(|k| c.y[k] + c.bias[k]);
-        most = most.max(c.cone.misfit(&x, &c.force, &c.inverse));
-        scale = scale.max(size(c));
-    }
-    if most == 0.0 { 0.0 } else { most / scale }
 }

@@ -1,0 +1,165 @@
+//! How far forces are from a solution of the law's equations, and how that changes with them.
+//!
+//! Forces f cause the accelerations of w = Wᵀ f, x = W w + J a₀ − a_ref. What each constraint then asks of its force, by
+//! itself, is
+//!
+//!     normal:    f⁺ = max(0, f − (x + R f)/λ)        R = 1/D, λ an inverse mass
+//!     friction:  f⁺ = f − (x + R f)/λ brought back to the limit μ n,    n normal force
+//!
+//! f⁺ is f if and only if f = −∂s/∂x under the limit μ n, and the difference is well conditioned however stiff they are.
+
+use super::super::cost::{Cone, Kind};
+use super::super::curvature::Curvature;
+use super::super::island::Island;
+use super::super::newton::Constraint;
+
+/// By how much the forces differ from what their formulas ask for under the acceleration that they cause together: the
+/// largest λ |f − f⁺| relative to the largest acceleration that a normal force causes.
+///
+/// Writes: w = Wᵀ f into `p`, x of the constraints into `y`, f⁺ − f into `change`.
+pub fn residual(island: &mut Island) -> f64 {
+    accelerate(island);
+    misfit(island)
+}
+
+/// w = Wᵀ f, into `p`.
+pub fn accelerate(island: &mut Island) {
+    island.add_to_p(|c| &c.force);
+}
+
+/// The residual, where w is in `p`.
+pub fn misfit(island: &mut Island) -> f64 {
+    let (mut most, mut scale) = (0.0f64, 0.0f64);
+    island.multiply_p(|c, _, product| {
+        let x = c.at(product);
+        c.y[..6].copy_from_slice(&x);
+        c.change = wish(&c.cone, &c.y, &c.force, &c.inverse);
+        let mut off = c.inverse[0] * c.change[0].abs();
+        for (group, inverse) in c.cone.groups().zip(&c.inverse[1..]) {
+            group.for_each(|k| off = off.max(inverse * c.change[k].abs()));
+        }
+        most = most.max(off);
+        scale = scale.max(size(c));
+    });
+    match most / scale {
+        _ if island.p.iter().any(|p| !p.is_finite()) => f64::INFINITY,
+        _ if most == 0.0 => 0.0,
+        residual => residual,
+    }
+}
+
+/// What a residual is measured by, m/s²: what the normal force does, and more than the rounding of v/h and of a_ref.
+fn size(c: &Constraint) -> f64 {
+    (c.inverse[0] * c.force[0].abs()).max(1e-4 * c.bias[..c.cone.dim].iter().fold(0.0, |m, b| b.abs().max(m)))
+}
+
+/// Lets forces that were taken as they were go part of the way to what their formulas ask for (Jacobi's method, damped for
+/// eight contacts on a body): else an error within the tolerance would stay, and grow beyond it in a later step.
+pub fn relax(constraints: &mut [Constraint]) {
+    for c in constraints {
+        (0..c.cone.dim).for_each(|k| c.force[k] += 0.125 * c.change[k]);
+    }
+}
+
+/// f⁺ − f of a constraint.
+///
+/// In: `inverse` masses λ of the normal and of each group of friction; for [`Kind::OneSided`], [`Kind::Dry`] and
+/// [`Kind::Coulomb`].
+fn wish(cone: &Cone, x: &[f64], force: &[f64; 6], inverse: &[f64; 4]) -> [f64; 6] {
+    let mut change = [0.0; 6];
+    let normal = force[0] - (x[0] + force[0] / cone.d[0]) / inverse[0];
+    if cone.kind == Kind::Dry {
+        change[0] = normal.clamp(-cone.mu[0], cone.mu[0]) - force[0];
+        return change;
+    }
+    change[0] = normal.max(0.0) - force[0];
+    for (group, inverse) in cone.groups().zip(&inverse[1..]) {
+        let (d, mu) = (cone.d[group.start], cone.mu[group.start]);
+        if d == 0.0 {
+            continue;
+        }
+        // In slips and forces scaled by the rows' coefficients the limit is a circle.
+        let (mut square, mut scaled) = (0.0, [0.0; 2]);
+        for (scaled, k) in scaled.iter_mut().zip(group.clone()) {
+            let f = force[k] / cone.mu[k];
+            *scaled = f - (cone.mu[k] * x[k] + f / d) / (inverse * mu * mu);
+            square += *scaled * *scaled;
+        }
+        let scale = if square > force[0] * force[0] { force[0] / square.sqrt() } else { 1.0 };
+        for (scaled, k) in scaled.iter().zip(group) {
+            change[k] = cone.mu[k] * scaled * scale - force[k];
+        }
+    }
+    change
+}
+
+/// The equations f⁺ = f of a constraint, linearised at its force and its x (in `y`):
+///
+///     f becomes f + e − C δx
+///
+/// On the pieces of [`residual`], n' the new normal force, s = f/μ and σ = μ x friction and slip in which the limit is a
+/// circle, z the argument of its projection and u = z/|z|:
+///
+///     normal pushes:    n' = −D (x + δx)                or else 0
+///     friction sticks:  s' = −D (σ + δσ)                if |z| is less than n at the limit, or else
+///     friction slips:   s' = n' u + s'_⊥,    s'_⊥ (1 − κ (1 − ρ)) = −κ (s_⊥ … + δσ_⊥/λ),    κ = n/|z|,  ρ = R/λ
+///
+/// C is not symmetric where friction slips: it feels the normal force, which does not feel it.
+pub fn linearise(c: &Constraint) -> (Curvature, [f64; 6]) {
+    let Constraint { cone, y: x, force, inverse, .. } = c;
+    let d = cone.d[0];
+    let normal = force[0] - (x[0] + force[0] / d) / inverse[0];
+    let (mut e, mut full) = ([0.0; 6], [[0.0; 6]; 6]);
+    if cone.kind == Kind::Dry {
+        let loss = cone.mu[0];
+        if normal.abs() < loss {
+            (e[0], full[0][0]) = (-d * (x[0] + force[0] / d), d);
+        } else {
+            e[0] = loss.copysign(normal) - force[0];
+        }
+        return (Curvature::Full(full), e);
+    }
+    if normal <= 0.0 {
+        (0..cone.dim).for_each(|k| e[k] = -force[k]);
+        return (Curvature::Zero, e);
+    }
+    (e[0], full[0][0]) = (-d * (x[0] + force[0] / d), d);
+    let next = force[0] + e[0];
+    for (group, inverse) in cone.groups().zip(&inverse[1..]) {
+        let (stiff, mu) = (cone.d[group.start], cone.mu[group.start]);
+        if stiff == 0.0 {
+            continue;
+        }
+        let inverse = inverse * mu * mu;
+        let (mut square, mut along) = (0.0, 0.0);
+        let (mut s, mut z) = ([0.0; 2], [0.0; 2]);
+        for (i, k) in group.clone().enumerate() {
+            s[i] = force[k] / cone.mu[k];
+            z[i] = s[i] - (cone.mu[k] * x[k] + s[i] / stiff) / inverse;
+            square += z[i] * z[i];
+            along += z[i] * s[i];
+        }
+        if square <= normal * normal {
+            for (s, k) in s.iter().zip(group) {
+                let mu = cone.mu[k];
+                e[k] = -stiff * mu * (mu * x[k] + s / stiff);
+                full[k][k] = stiff * mu * mu;
+            }
+            continue;
+        }
+        let length = square.sqrt();
+        let (u, along, kappa) = (z.map(|z| z / length), along / length, normal / length);
+        let rest = 1.0 - kappa * (1.0 - 1.0 / (stiff * inverse));
+        let turn = if group.len() == 1 { 0.0 } else { kappa / (inverse * rest) };
+        for (i, k) in group.clone().enumerate() {
+            let mu = cone.mu[k];
+            e[k] = mu * (next * u[i] - along * u[i] - (s[i] - along * u[i]) / rest);
+            full[k][0] = mu * u[i] * d;
+            for (j, l) in group.clone().enumerate() {
+                let own = if i == j { 1.0 } else { 0.0 };
+                full[k][l] = mu * cone.mu[l] * turn * (own - u[i] * u[j]);
+            }
+        }
+    }
+    (Curvature::Full(full), e)
+}
