@@ -289,6 +289,7 @@ pub struct Stages {
     pub acc: Vec<f64>,
     /// Activations at the start of the step, and the weighted sum of their rates (na).
     pub act: Vec<f64>,
+    /// Rate of the activations.
     pub act_dot: Vec<f64>,
     /// Factor of an implicit update's matrix, layout of `qld`.
     pub qh: Vec<f64>,

@@ -3,6 +3,8 @@
 //!     MJCF text ─ mjcf → Document (spans) → Spec (typed, defaults merged) ─ compile → Model (SI, immutable)
 //!     step(&Model, &Method, &mut State, &mut Data):  detect → smooth dynamics → contact law → integrate
 
+#![deny(missing_docs)]
+
 pub mod batch;
 pub mod collision;
 pub mod compile;

@@ -62,7 +62,9 @@ pub struct Integrator {
 /// Dampers that an integrator takes implicitly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dampers {
+    /// None of them.
     None,
+    /// Those of joints.
     Joints,
     /// Those of joints, and the velocity gains of actuators.
     JointsAndActuators,

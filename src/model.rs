@@ -571,8 +571,11 @@ pub struct Keyframe {
     pub qvel: Vec<f64>,
     /// (number of actuators)
     pub ctrl: Vec<f64>,
+    /// Activations of actuators with dynamics.
     pub act: Vec<f64>,
+    /// Places of mocap bodies, m.
     pub mocap_pos: Vec<[f64; 3]>,
+    /// Their orientations (w, x, y, z).
     pub mocap_quat: Vec<[f64; 4]>,
 }
 

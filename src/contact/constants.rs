@@ -217,12 +217,15 @@ pub fn creep(mix: &Mix, scene: &Scene, estimate: f64, points: usize, depth: f64,
 /// What of a scene enters [`creep`].
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
+    /// Which friction cone.
     pub cone: Cone,
+    /// Ratio of friction to normal impedance.
     pub impratio: f64,
     /// m/s²
     pub gravity: f64,
     /// s
     pub timestep: f64,
+    /// Time constants are at least two timesteps.
     pub refsafe: bool,
 }
 

@@ -37,6 +37,7 @@ pub enum Kind {
 /// A constraint's cost function.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cone {
+    /// Which cost.
     pub kind: Kind,
     /// Components of x that count: 1, 3, 4 or 6.
     pub dim: usize,
@@ -62,8 +63,11 @@ pub type Spread = [f64; 10];
 /// Which piece of s(x) a point is in: the same number means the same formula.
 pub type Zone = u16;
 
+/// No force.
 pub const OUTSIDE: Zone = 0;
+/// On the cone or limit.
 pub const BETWEEN: Zone = 1;
+/// Quadratic in all directions.
 pub const INSIDE: Zone = 2;
 /// Of [`Kind::Coulomb`]: sliding or rolling at the limit. (Bit 0: pushes; bit of a group's first row: at its limit.)
 const TURNS: Zone = 1 << 1 | 1 << 4;

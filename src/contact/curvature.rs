@@ -4,10 +4,15 @@ use super::cost::{Cone, INSIDE, Kind, OUTSIDE, Spread};
 
 /// How forces answer to accelerations, a matrix C = −∂f/∂x: the second derivatives of s(x), or, where friction is limited
 /// by a normal force that changes too, not symmetric.
+// On the stack of every solve: a box would allocate in a step.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
 pub enum Curvature {
+    /// No curvature.
     Zero,
+    /// Its diagonal.
     Diagonal([f64; 6]),
+    /// All of it.
     Full([[f64; 6]; 6]),
 }
 

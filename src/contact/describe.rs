@@ -13,6 +13,7 @@ use crate::model::Model;
 pub struct Touch {
     /// Lower kind first.
     pub geom: [usize; 2],
+    /// Index of its contact parameters.
     pub mix: usize,
     /// Contact points when they lie flat on each other; the weight is shared by them.
     pub points: usize,
@@ -30,7 +31,9 @@ pub struct Touch {
 /// What a law is asked about.
 #[derive(Clone, Copy, Debug)]
 pub struct Ask<'a> {
+    /// The scene.
     pub model: &'a Model,
+    /// The contact that is asked about.
     pub touch: &'a Touch,
     /// s
     pub timestep: f64,
@@ -52,6 +55,7 @@ pub struct Description {
     pub restitution: Option<f64>,
     /// Depth at rest under the weight, m.
     pub rest_depth: Option<f64>,
+    /// What friction does on a slope.
     pub creep: Option<Creep>,
 }
 
@@ -60,6 +64,7 @@ pub struct Description {
 pub enum Creep {
     /// Friction does not hold it.
     Slides,
+    /// It holds.
     Sticks,
     /// It goes down at this speed, m/s.
     At(f64),

@@ -13,6 +13,7 @@ impl DisjointSets {
         self.parent.extend(0..n as u32);
     }
 
+    /// Joins the sets of two items.
     pub fn union(&mut self, a: usize, b: usize) {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b)] = a.min(b) as u32;

@@ -6,6 +6,7 @@ use crate::math::MIN_VAL;
 
 /// MuJoCo's bounds of `d0`, `dwidth` and `midpoint` (`mjMINIMP`, `mjMAXIMP`).
 pub const MIN_IMP: f64 = 1e-4;
+/// The upper bound.
 pub const MAX_IMP: f64 = 0.9999;
 
 /// `solimp` within the bounds that MuJoCo imposes: d0, dwidth, midpoint in [1e-4, 0.9999]; width ≥ 0; power ≥ 1.

@@ -20,10 +20,13 @@ use crate::model::Model;
 /// One tree of the island.
 #[derive(Clone, Copy, Debug)]
 pub struct Unit {
+    /// Index of the tree.
     pub tree: usize,
     /// Place in the island's vectors, number of unknowns with padding, and without.
     pub at: usize,
+    /// Unknowns, with padding.
     pub n: usize,
+    /// Degrees of freedom.
     pub dofs: usize,
     /// Where its dofs begin among those of the island, without padding.
     first: usize,
@@ -41,15 +44,20 @@ pub enum Source {
     Joint(usize),
 }
 
+/// Trees that constraints hold together, and the problem that they pose.
 #[derive(Clone, Debug, Default)]
 pub struct Island {
+    /// Its trees.
     pub units: Vec<Unit>,
     /// What the constraints stand for, one by one.
     pub sources: Vec<Source>,
+    /// Its contacts, limits and dry friction.
     pub constraints: Vec<Constraint>,
     /// The solution, the gradient of what is minimised, a change of w: accelerations in coordinates of unit mass.
     pub w: Vec<f64>,
+    /// Gradient of the cost.
     pub gradient: Vec<f64>,
+    /// Search direction.
     pub p: Vec<f64>,
     /// Velocity and acceleration without constraints: of the mover, or qvel and qacc_smooth.
     velocity: Vec<f64>,
@@ -91,6 +99,7 @@ impl Island {
         self.blocks.reserve(model.trees.len(), size);
     }
 
+    /// Empties it.
     pub fn reset(&mut self) {
         let Island { units, sources, velocity, smooth, scale, .. } = self;
         units.clear();
@@ -393,6 +402,7 @@ impl Island {
         self.units.iter().map(of_unit).sum()
     }
 
+    /// Norm of the gradient in the coordinates of the trees, as MuJoCo measures it.
     pub fn gradient_norm(&mut self, model: &Model, data: &Data) -> f64 {
         let Island { units, gradient, scale, on_dofs: [room, _], .. } = self;
         let mut square = 0.0;

@@ -4,6 +4,7 @@ use super::disjoint_sets::DisjointSets;
 use crate::data::{Contact, Data};
 use crate::model::Model;
 
+/// Which trees constraints hold together.
 #[derive(Clone, Debug, Default)]
 pub struct Islands {
     sets: DisjointSets,
@@ -80,6 +81,7 @@ impl Islands {
         self.unit.len() == model.trees.len()
     }
 
+    /// Makes room for all trees, and so many contacts and joint rows.
     pub fn reserve(&mut self, model: &Model, contacts: usize, joints: usize) {
         let trees = model.trees.len();
         self.sets.reset(trees);

@@ -99,6 +99,7 @@ pub type Shortcut = fn(&Task, &mut Scratchpad, usize, &[usize], &mut [Contact]) 
 /// What contact laws need to know of how a step is taken.
 #[derive(Clone, Copy)]
 pub struct Settings {
+    /// The law.
     pub law: &'static Law,
     /// s
     pub timestep: f64,
@@ -111,9 +112,13 @@ pub struct Settings {
 /// What a law is asked about.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
+    /// The scene.
     pub model: &'a Model,
+    /// Law, timestep and limits of the work.
     pub settings: &'a Settings,
+    /// Positions and velocities.
     pub state: &'a State,
+    /// Kinematics, contacts, accelerations without constraints.
     pub data: &'a Data,
 }
 

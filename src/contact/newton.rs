@@ -19,6 +19,7 @@ use crate::data::Outcome;
 /// One cone of constraint: a contact, a joint limit, or the dry friction of a degree of freedom.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Constraint {
+    /// Which friction cone.
     pub cone: Cone,
     /// J v, m/s and rad/s.
     pub velocity: [f64; 6],
@@ -33,6 +34,7 @@ pub struct Constraint {
     pub offset: [f64; 6],
     /// J a − a_ref at the current a, and its change along the search direction.
     pub x: Spread,
+    /// Change of x along the search direction.
     pub y: Spread,
     /// J a of an acceleration that is known, m/s² and rad/s²; see [`super::tangent`].
     pub rate: [f64; 6],
@@ -40,6 +42,7 @@ pub struct Constraint {
     pub force: [f64; 6],
     /// What it lacks, for methods that know it.
     pub change: [f64; 6],
+    /// The piece of the cost on which x is.
     pub zone: Zone,
     /// Normal force, and by how much it differed from `cone.limit`, when that was last changed, N.
     pub last: [f64; 2],
@@ -96,11 +99,13 @@ impl Constraint {
 pub struct Stop {
     /// On gradient and predicted improvement, both divided by the trace of M; 0 means to rounding.
     pub tolerance: f64,
+    /// Newton steps at most.
     pub iterations: usize,
     /// Whether `a` holds a start worth trying.
     pub warm: bool,
 }
 
+/// Σ aᵢ bᵢ
 #[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()

@@ -10,7 +10,9 @@ use crate::model::Mix;
 /// One contact point that is in touch, as a formula sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Point<'a> {
+    /// The contact.
     pub contact: &'a Contact,
+    /// Its parameters.
     pub mix: &'a Mix,
     /// d, m; above 0.
     pub depth: f64,
@@ -19,6 +21,7 @@ pub struct Point<'a> {
     pub velocity: [f64; 6],
     /// MuJoCo's estimates of the pair's inverse mass and inertia (`invweight0` of the two bodies), 1/kg, 1/(kg m²).
     pub inverse_mass: f64,
+    /// The same for spin, 1/(kg m²).
     pub inverse_inertia: f64,
 }
 

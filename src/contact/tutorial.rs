@@ -38,6 +38,7 @@ use crate::dynamics;
 use crate::model::{Mix, Model};
 use crate::state::Start;
 
+/// The record.
 pub static LAW: Law = Law {
     name: "tutorial",
     about: "the course's penalty law: k d + c max(0, -v), tanh friction",

@@ -25,6 +25,7 @@ use crate::model::Model;
 use crate::state::Start;
 use coefficients::Coefficients;
 
+/// The record.
 pub static LAW: Law = Law {
     name: "mujoco",
     about: "MuJoCo's soft constraints: the same forces as MuJoCo to rounding, by Newton's method on a convex problem",

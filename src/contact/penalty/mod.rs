@@ -24,7 +24,7 @@
 //! body's own surface ([`Lever::Surface`]).
 //!
 //! **How it is solved.** The last step's forces are the first guess, and mostly still right: every force is what its formula
-//! asks of a = a₀ + M⁻¹ Jᵀ f to [`TOLERANCE`] of the largest ([`residual`]). If they are not, Newton's method on these
+//! asks of a = a₀ + M⁻¹ Jᵀ f to [`TOLERANCE`] of the largest ([`mod@residual`]). If they are not, Newton's method on these
 //! equations themselves, in which the limits follow the normal forces, mostly finds the solution in one linear system
 //! ([`semismooth`]). Where it does not come nearer, it is the convex problems' turn: for given limits the sum has one least
 //! point, which Newton's method with line search finds ([`super::newton`]); from there the equations are tried again, and if
@@ -65,6 +65,7 @@ use crate::model::{Cone, Mix};
 use crate::state::Start;
 use residual::{relax, residual};
 
+/// The record.
 pub static LAW: Law = Law {
     name: "penalty",
     about: "spring-dampers from solref and solimp, Coulomb friction against the slip; all forces solved together",

@@ -6,7 +6,7 @@
 //!
 //!     a = a₀ + σ Σ f/m,   α = α₀ + σ W Σ (r × f + τ),     σ = 1 if the body is the second of the two, else −1
 //!
-//! and the residual is [`super::residual`]'s. What it does not accept is solved the general way; a test compares the
+//! and the residual is [`mod@super::residual`]'s. What it does not accept is solved the general way; a test compares the
 //! two. Worth it: with it a sphere that rolls is 11 times as fast as in MuJoCo, without it 5.1 times, and a box at rest
 //! 8.9 and 4.7 times (`penny bench --against mujoco`).
 
