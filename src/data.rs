@@ -212,6 +212,14 @@ pub struct Contact {
     pub force: [f64; 6],
 }
 
+impl Contact {
+    /// Whether it pushes, or is merely near.
+    #[inline]
+    pub fn pushes(&self, model: &Model) -> bool {
+        self.dist < model.mixes[self.mix as usize].margin
+    }
+}
+
 /// A row of J on the dofs of one joint: a limit that is near, or dry friction of one dof.
 #[derive(Clone, Copy, Debug)]
 pub struct JointRow {

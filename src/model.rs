@@ -25,6 +25,7 @@ pub struct Model {
 impl Deref for Model {
     type Target = Parts;
 
+    #[inline]
     fn deref(&self) -> &Parts {
         &self.parts
     }
@@ -38,6 +39,7 @@ impl Model {
     }
 
     /// A number that no other scene has: two models of the same revision are equal.
+    #[inline]
     pub fn revision(&self) -> u64 {
         self.revision
     }
@@ -592,6 +594,18 @@ pub struct TutorialParams {
     pub mu: Option<f64>,
     /// Rolling coefficient (m) instead of the geoms'.
     pub mu_roll: Option<f64>,
+}
+
+impl TutorialParams {
+    /// From here on the friction of the contacts counts, not the scene's own numbers.
+    pub fn follow_friction(&mut self) {
+        (self.mu, self.mu_roll) = (None, None);
+    }
+
+    /// From here on `solref` of the contacts counts, not the scene's own stiffness and damping.
+    pub fn follow_solref(&mut self) {
+        (self.k, self.c) = (None, None);
+    }
 }
 
 /// What a scene requires: a step does nothing that the plan rules out.

@@ -199,22 +199,30 @@ impl Simulation {
     /// Friction coefficients of a geom: sliding (1), torsional (m), rolling (m).
     ///
     /// A contact of two geoms of the same priority takes the larger of the two, coefficient by coefficient; a `<pair>` has
-    /// its own.
+    /// its own. Numerics of the scene that would overrule it under the `tutorial` law (`penny.mu`, `penny.mu_roll`) are
+    /// dropped.
     ///
     /// Errors: [`Change::Unknown`] for the geom, [`Change::Invalid`] for numbers that are negative or not finite.
     pub fn set_friction<'a>(&mut self, geom: impl Into<Ref<'a>>, friction: [f64; 3]) -> Result<(), Change> {
         let geom = self.geom_index(geom.into())?;
-        Ok(self.edit(|m| m.geoms[geom].friction = friction)?)
+        Ok(self.edit(|m| {
+            m.geoms[geom].friction = friction;
+            m.tutorial.follow_friction();
+        })?)
     }
 
     /// `solref` of a geom: (time constant in s, damping ratio), or (−stiffness, −damping).
     ///
-    /// Contacts take the mean of both geoms, weighted by `solmix`, or that of the geom of higher priority.
+    /// Contacts take the mean of both geoms, weighted by `solmix`, or that of the geom of higher priority. Numerics of the
+    /// scene that would overrule it under the `tutorial` law (`penny.k`, `penny.c`) are dropped.
     ///
     /// Errors: as [`set_friction`](Simulation::set_friction).
     pub fn set_solref<'a>(&mut self, geom: impl Into<Ref<'a>>, solref: [f64; 2]) -> Result<(), Change> {
         let geom = self.geom_index(geom.into())?;
-        Ok(self.edit(|m| m.geoms[geom].solref = solref)?)
+        Ok(self.edit(|m| {
+            m.geoms[geom].solref = solref;
+            m.tutorial.follow_solref();
+        })?)
     }
 
     /// Mass of a body, kg; its moments of inertia change in proportion.

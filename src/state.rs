@@ -164,10 +164,10 @@ impl State {
         }
     }
 
-    /// Gives contacts and joint rows the forces that the last step remembered for them; new ones start from nothing.
+    /// Gives contacts that push and joint rows the forces that the last step remembered for them; new ones start from nothing.
     ///
     /// All lists have MuJoCo's order, so one walk along them finds all.
-    pub fn recall(&self, data: &mut Data) {
+    pub fn recall(&self, model: &Model, data: &mut Data) {
         let mut rest = &self.warm[..];
         let mut force = |key: Key| {
             let same = |w: &Warm| w.key == key;
@@ -179,7 +179,9 @@ impl State {
             force
         };
         for contact in &mut data.contacts {
-            contact.force = force(contact_key(contact));
+            let remembered = force(contact_key(contact));
+            // What no longer pushes has no force, and no law is asked about it.
+            contact.force = if contact.pushes(model) { remembered } else { [0.0; 6] };
         }
         for row in &mut data.joint_rows {
             [row.force, ..] = force(joint_key(row));

@@ -104,7 +104,7 @@ impl Islands {
         for c in &data.contacts {
             if let [Some(a), Some(b)] = c.body.map(|b| model.bodies[b as usize].tree)
                 && a != b
-                && pushes(model, c)
+                && c.pushes(model)
             {
                 self.sets.union(a, b);
             }
@@ -114,7 +114,7 @@ impl Islands {
 
     /// [`Islands::find`] for one tree.
     fn all_in_one(&mut self, model: &Model, data: &Data) {
-        let contacts = data.contacts.iter().enumerate().filter(|(_, c)| pushes(model, c)).map(|(i, _)| i);
+        let contacts = data.contacts.iter().enumerate().filter(|(_, c)| c.pushes(model)).map(|(i, _)| i);
         self.trees.one_group(0..1);
         self.contacts.one_group(contacts);
         self.joints.one_group(0..data.joint_rows.len());
@@ -137,7 +137,7 @@ impl Islands {
             count,
             data.contacts
                 .iter()
-                .map(|c| if pushes(model, c) { label(tree(c.body[0]).or(tree(c.body[1]))) } else { NONE }),
+                .map(|c| if c.pushes(model) { label(tree(c.body[0]).or(tree(c.body[1]))) } else { NONE }),
         );
         if data.joint_rows.is_empty() {
             joints.empty();
@@ -157,9 +157,4 @@ impl Islands {
             self.unit[t] = add(t);
         }
     }
-}
-
-/// Whether a contact pushes, or is merely near.
-fn pushes(model: &Model, contact: &Contact) -> bool {
-    contact.dist < model.mixes[contact.mix as usize].margin
 }

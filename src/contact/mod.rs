@@ -189,7 +189,7 @@ pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut D
         return;
     }
     if law.start == Start::Forces {
-        state.recall(data);
+        state.recall(model, data);
     }
     let mut scratch = Scratch::of(model, data);
     let Scratch { islands, island, own } = &mut *scratch;

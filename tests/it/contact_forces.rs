@@ -258,3 +258,22 @@ fn a_can_slides_on_a_table_as_in_mujoco() {
         assert!((ours - theirs).abs() < 1e-9, "{:?}", sim.state.qvel);
     }
 }
+
+/// A contact that is listed because it is near has no force, although it pushed in the last step.
+#[test]
+fn what_is_only_near_has_no_force() {
+    let xml = r#"<mujoco><worldbody><geom type="plane" size="1 1 1" gap="0.05"/><body pos="0 0 0.12"><freejoint/>
+        <geom size="0.1" solref="-20000 0"/></body></worldbody></mujoco>"#;
+    for law in contact::ALL {
+        let mut sim = Sim::law(xml, law.name);
+        let mut near = [0, 0];
+        for _ in 0..400 {
+            sim.step();
+            for c in &sim.data.contacts {
+                assert_eq!(c.force[0] > 0.0, c.dist < 0.0 && sim.data.qfrc_constraint[2] > 0.0, "{}: {c:?}", law.name);
+                near[usize::from(c.dist < 0.0)] += 1;
+            }
+        }
+        assert!(near[0] > 20 && near[1] > 20, "{}: {near:?}", law.name);
+    }
+}

@@ -5,6 +5,7 @@ use penny::data::Data;
 use penny::forward::{Method, forward};
 use serde::Deserialize;
 
+use crate::random_scene::{Joints, Recipe, Scene, closed_form};
 use crate::sim::Sim;
 
 #[derive(Deserialize)]
@@ -308,4 +309,39 @@ fn the_shortcut_finds_what_the_general_way_finds() {
         }
     }
     assert!(10 * taken > asked, "only {taken} of {asked} were steady");
+}
+
+/// Two ways to the same forces: Newton's method on the law's own equations, and convex problems whose limits follow. Bodies of
+/// all shapes on one another and on static ones, asked at every state.
+#[test]
+fn the_equations_have_one_solution_whichever_method_finds_it() {
+    let Law { name, about, joints, start, lever, pose, friction, describe, unlike, .. } = penalty::LAW;
+    let solve = penalty::solve_convex;
+    let convex = Law { name, about, joints, start, lever, solve, pose, shortcut: None, friction, describe, unlike };
+    let convex: &'static Law = Box::leak(Box::new(convex));
+    let (mut asked, mut compared) = (0, 0);
+    for (seed, cone) in (0..60).map(|seed| (seed, if seed % 2 == 0 { "elliptic" } else { "pyramidal" })) {
+        let recipe = Recipe { touch: closed_form, statics: true, gravity: true, round: false, gap: -1e-3, cone };
+        let mut sim = Scene::random(seed, &recipe).sim("penalty", Joints::Free, &recipe);
+        let mut other = Data::new(&sim.model);
+        for _ in 0..40 {
+            sim.step();
+            forward(&sim.model, &sim.method, &sim.state, &mut sim.data);
+            let method = Method { contact: convex, rounds: 1000, ..sim.method };
+            forward(&sim.model, &method, &sim.state, &mut other);
+            asked += 1;
+            if sim.data.solver.residual.max(other.solver.residual) > penalty::TOLERANCE {
+                continue;
+            }
+            compared += 1;
+            let size = other.qacc.iter().fold(10.0f64, |m, a| m.max(a.abs()));
+            let off = distance(&sim.data.qacc, &other.qacc);
+            assert!(
+                off < 1e-10 * size,
+                "seed {seed}, {} s: accelerations differ by {off:e} of {size:e}",
+                sim.state.time
+            );
+        }
+    }
+    assert!(100 * compared >= 99 * asked, "only {compared} of {asked} states were solved both ways");
 }

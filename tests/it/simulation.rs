@@ -146,6 +146,31 @@ fn a_saved_state_goes_on_with_the_same_bits() {
     }
 }
 
+/// A scene may give the course's law numbers of its own; what is set overrules them.
+#[test]
+fn what_is_set_overrules_the_scenes_numbers_for_the_courses_law() {
+    let xml = SCENE.replace(
+        "<worldbody>",
+        r#"<custom><numeric name="penny.mu" data="0.3"/><numeric name="penny.k" data="3000"/>
+           <numeric name="penny.c" data="50"/></custom><worldbody>"#,
+    );
+    let changed: [fn(&mut Simulation); 2] = [
+        |sim| sim.set_friction("ground", [2.0, 0.1, 0.1]).expect("friction"),
+        |sim| sim.set_solref("crate", [0.1, 0.3]).expect("solref"),
+    ];
+    for set in changed {
+        let mut told = Simulation::from_xml(&xml).unwrap_or_else(|e| panic!("{e}"));
+        told.set_law("tutorial").expect("a law");
+        told.step_n(60).expect("stable");
+        told.state_mut().qvel[0] = 1.0;
+        let mut untold = told.clone();
+        set(&mut told);
+        told.step_n(5).expect("stable");
+        untold.step_n(5).expect("stable");
+        assert_ne!(told.state().qvel, untold.state().qvel);
+    }
+}
+
 #[test]
 fn what_is_no_saved_state_is_refused() {
     let bytes = simulation("penalty").save().to_bytes();

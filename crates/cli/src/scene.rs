@@ -141,6 +141,15 @@ impl OverrideArgs {
                 set(&self.solref, &mut mix.solreffriction);
                 set(&self.solimp, &mut mix.solimp);
             }
+            // What was not given stays the scene's.
+            match &self.friction {
+                Some(Numbers(given)) if given.len() == 3 => m.tutorial.follow_friction(),
+                Some(_) => m.tutorial.mu = None,
+                None => {}
+            }
+            if self.solref.is_some() {
+                m.tutorial.follow_solref();
+            }
         };
         if self.friction.is_some() || self.solref.is_some() || self.solimp.is_some() {
             model.edit(of_contacts).map_err(wrong)?;

@@ -249,12 +249,18 @@ impl Session {
             }
             Change::Solref(solref) => {
                 let solref = finite(*solref)?;
-                self.edit(|m| m.mixes.iter_mut().for_each(|m| (m.solref, m.solreffriction) = (solref, solref)))?;
+                self.edit(|m| {
+                    m.mixes.iter_mut().for_each(|m| (m.solref, m.solreffriction) = (solref, solref));
+                    m.tutorial.follow_solref();
+                })?;
             }
             Change::Friction(friction) => {
                 // MuJoCo's smallest friction coefficient.
                 let [slide, spin, roll] = finite(*friction)?.map(|f| f.max(1e-5));
-                self.edit(|m| m.mixes.iter_mut().for_each(|m| m.friction = [slide, slide, spin, roll, roll]))?;
+                self.edit(|m| {
+                    m.mixes.iter_mut().for_each(|m| m.friction = [slide, slide, spin, roll, roll]);
+                    m.tutorial.follow_friction();
+                })?;
             }
             Change::State(start) => {
                 let pushes = std::mem::take(&mut self.state.xfrc_applied);

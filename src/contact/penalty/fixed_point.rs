@@ -3,11 +3,14 @@
 use super::super::island::Island;
 use super::super::newton::{self, Constraint};
 use super::residual::residual;
-use super::{MOST, TOLERANCE, semismooth};
+use super::{TOLERANCE, semismooth};
 use crate::data::Outcome;
 
-/// Solves from the forces that the constraints have. Out: the forces, and in `p` what they do.
-pub fn solve(island: &mut Island, rounds: usize) -> Outcome {
+/// Solves from the forces that the constraints have, with at most `rounds` linear systems. Out: the forces, and in `p` what
+/// they do.
+///
+/// In: `tries`, how many steps of [`semismooth`] are tried each time the pieces have settled; 0: the limits alone follow.
+pub fn solve(island: &mut Island, rounds: usize, tries: usize) -> Outcome {
     let mut outcome = Outcome { iterations: 0, residual: residual(island) };
     island.w.copy_from_slice(&island.p);
     limit(&mut island.constraints, false);
@@ -22,11 +25,12 @@ pub fn solve(island: &mut Island, rounds: usize) -> Outcome {
                 return outcome;
             }
             // The pieces may be right now.
-            let next = semismooth::solve(island, outcome.residual, MOST.min(rounds - outcome.iterations));
+            let next = semismooth::solve(island, outcome.residual, tries.min(rounds - outcome.iterations));
             outcome = Outcome { iterations: outcome.iterations + next.iterations, ..next };
             if outcome.residual <= TOLERANCE {
                 return outcome;
             }
+            // Back to the forces of the convex problem: the limits follow them.
             newton::refresh(island);
             limit(&mut island.constraints, follows);
             newton::refresh(island);

@@ -150,11 +150,20 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
         }
         if outcome.residual > TOLERANCE && outcome.iterations < rounds {
             island.recall(task.data);
-            let next = fixed_point::solve(island, rounds - outcome.iterations);
+            let next = fixed_point::solve(island, rounds - outcome.iterations, MOST);
             outcome = Outcome { iterations: outcome.iterations + next.iterations, ..next };
         }
     }
     // Accelerations are always those that the forces cause, converged or not.
+    std::mem::swap(&mut island.w, &mut island.p);
+    outcome
+}
+
+/// The same forces by the convex problems alone, from whatever forces: another way, for tests to compare with.
+pub fn solve_convex(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
+    pose(task, own, island);
+    island.constraints.iter_mut().for_each(Constraint::begin);
+    let outcome = fixed_point::solve(island, task.settings.rounds, 0);
     std::mem::swap(&mut island.w, &mut island.p);
     outcome
 }

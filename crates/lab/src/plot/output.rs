@@ -42,17 +42,21 @@ pub fn png(figure: &Figure) -> Result<Vec<u8>> {
 /// Averages squares of samples.
 fn shrink(samples: &[u8], [width, height]: [usize; 2]) -> Vec<u8> {
     let n = SUPERSAMPLING;
+    let columns = width / n;
     let mut out = Vec::with_capacity(samples.len() / (n * n));
-    for y in 0..height / n {
-        for x in 0..width / n {
-            for channel in 0..3 {
-                let sample =
-                    |dy: usize, dx: usize| u32::from(samples[((y * n + dy) * width + x * n + dx) * 3 + channel]);
-                let sum: u32 =
-                    (0..n).flat_map(|dy| (0..n).map(move |dx| (dy, dx))).map(|(dy, dx)| sample(dy, dx)).sum();
-                out.push((sum / (n * n) as u32) as u8);
+    let mut sums = vec![0u32; 3 * columns];
+    for rows in samples.chunks(n * width * 3).take(height / n) {
+        sums.fill(0);
+        for row in rows.chunks(width * 3) {
+            for (sum, square) in sums.chunks_mut(3).zip(row.chunks(3 * n)) {
+                for rgb in square.chunks(3) {
+                    sum[0] += u32::from(rgb[0]);
+                    sum[1] += u32::from(rgb[1]);
+                    sum[2] += u32::from(rgb[2]);
+                }
             }
         }
+        out.extend(sums.iter().map(|sum| (sum / (n * n) as u32) as u8));
     }
     out
 }
