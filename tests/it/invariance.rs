@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt::{Display, Formatter};
 
 use penny::contact;
+use penny::data::Contact;
 use penny::math::exp;
 use penny::model::GeomKind;
 
@@ -59,15 +60,23 @@ fn scenes() -> u64 {
     std::env::var("PENNY_SCENES").map_or(SCENES, |n| n.parse().expect("PENNY_SCENES is a number"))
 }
 
-/// Which kinds touched, and whether each of the two moves.
-type Met = BTreeMap<([GeomKind; 2], [bool; 2]), usize>;
+/// What touched in a run.
+#[derive(Default)]
+struct Met {
+    /// How often which kinds did, and whether each of the two moves.
+    pairs: BTreeMap<([GeomKind; 2], [bool; 2]), usize>,
+    /// Two shapes whose contact is found by a search had three points or more: an area.
+    area: bool,
+}
 
 fn count(met: &mut Met, sim: &Sim) {
-    for c in &sim.data.contacts {
-        if c.force[0] > 0.0 {
-            let kinds = c.geom.map(|g| sim.model.geoms[g as usize].kind);
-            *met.entry((kinds, c.body.map(|b| b > 0))).or_default() += 1;
-        }
+    let kinds = |c: &Contact| c.geom.map(|g| sim.model.geoms[g as usize].kind);
+    for c in sim.data.contacts.iter().filter(|c| c.force[0] > 0.0) {
+        *met.pairs.entry((kinds(c), c.body.map(|b| b > 0))).or_default() += 1;
+    }
+    for three in sim.data.contacts.windows(3).filter(|w| w.iter().all(|c| c.geom == w[0].geom)) {
+        let [a, b] = kinds(&three[0]);
+        met.area |= iterated(a, b);
     }
 }
 
@@ -90,7 +99,7 @@ fn growth(scene: &Scene, law: &str, motions: &[Motion], recipe: &Recipe, random:
         m.vel += random.vec3(1e-12);
         m.omega += random.vec3(1e-12);
     }
-    difference(motions, &run(&twin, law, Joints::Free, recipe, &mut Met::new()))
+    difference(motions, &run(&twin, law, Joints::Free, recipe, &mut Met::default()))
 }
 
 /// What came of many scenes.
@@ -109,6 +118,7 @@ struct Outcome {
 /// Of one law and way.
 #[derive(Default)]
 struct Tally {
+    of: usize,
     agree: usize,
     worst: f64,
     seed: u64,
@@ -123,11 +133,12 @@ fn compare(recipe: &Recipe, scenes: u64, limit: f64, tolerance: f64) -> Outcome 
         let scene = Scene::random(seed, recipe);
         let mut random = Random::new(!seed);
         let isometries = WAYS.each_ref().map(|way| (way.isometry)(&mut random));
-        let mut its = Met::new();
+        let mut its = Met::default();
         let runs = contact::ALL.iter().map(|law| run(&scene, law.name, Joints::Free, recipe, &mut its));
         let runs: Vec<Vec<Motion>> = runs.collect();
-        *idle += usize::from(its.is_empty());
-        its.into_iter().for_each(|(pair, times)| *met.entry(pair).or_default() += times);
+        *idle += usize::from(its.pairs.is_empty());
+        let area = its.area;
+        its.pairs.into_iter().for_each(|(pair, times)| *met.pairs.entry(pair).or_default() += times);
         let mut calm = |name: &str| {
             let law = contact::ALL.iter().position(|law| law.name == name).expect("law");
             growth(&scene, name, &runs[law], recipe, &mut random) <= limit
@@ -139,11 +150,16 @@ fn compare(recipe: &Recipe, scenes: u64, limit: f64, tolerance: f64) -> Outcome 
                 continue;
             }
             for (w, (way, isometry)) in WAYS.iter().zip(&isometries).enumerate() {
+                // Which corners of an area are kept depends, as in MuJoCo, on the direction in which they are numbered.
+                if area && isometry.mirror {
+                    continue;
+                }
                 let mut written = isometry.scene(&scene);
                 (way.order)(&mut written.things);
                 let expected: Vec<Motion> = plain.iter().map(|m| isometry.motion(m)).collect();
                 let off = difference(&expected, &run(&written, law.name, way.joints, recipe, met));
                 let tally = tallies.entry((l, w)).or_default();
+                tally.of += 1;
                 tally.agree += usize::from(off <= tolerance);
                 if off >= tally.worst {
                     (tally.worst, tally.seed) = (off, seed);
@@ -161,8 +177,8 @@ impl Outcome {
         let most = (left_out * self.scenes as f64) as usize;
         assert!(self.chaotic.iter().all(|&n| n <= most), "too many scenes are chaotic\n{self}");
         assert!(self.idle <= most, "nothing touches in too many scenes\n{self}");
-        let least = |l: usize| (agreeing * (self.scenes - self.chaotic[l]) as f64).ceil() as usize;
-        let agree = self.tallies.iter().all(|((l, _), t)| t.agree >= least(*l));
+        let agree = self.tallies.values().all(|t| t.agree >= (agreeing * t.of as f64).ceil() as usize);
+        assert!(self.tallies.values().all(|t| 2 * t.of > self.scenes), "too few scenes are compared\n{self}");
         assert!(agree, "some depend on how they are written\n{self}");
     }
 }
@@ -170,8 +186,8 @@ impl Outcome {
 impl Display for Outcome {
     fn fmt(&self, f: &mut Formatter) -> std::fmt::Result {
         writeln!(f, "{} scenes, nothing touches in {}", self.scenes, self.idle)?;
-        for ((l, w), Tally { agree, worst, seed }) in &self.tallies {
-            let (law, way, of) = (contact::ALL[*l].name, WAYS[*w].name, self.scenes - self.chaotic[*l]);
+        for ((l, w), Tally { of, agree, worst, seed }) in &self.tallies {
+            let (law, way) = (contact::ALL[*l].name, WAYS[*w].name);
             writeln!(f, "{law:9} {way:18} {agree:5} of {of} agree, worst {worst:.1e} (seed {seed})")?;
         }
         Ok(())
@@ -184,7 +200,7 @@ fn a_scene_may_be_written_in_any_order_frame_and_kind_of_joint() {
     // Every closed form was used: with the static geom first, with it second, and between two that move.
     for (a, b) in KINDS.into_iter().flat_map(|a| KINDS.map(|b| (a, b))).filter(|&(a, b)| closed_form(a, b)) {
         for moves in [[false, true], [true, false], [true, true]] {
-            let times = outcome.met.get(&([a, b], moves)).copied().unwrap_or(0);
+            let times = outcome.met.pairs.get(&([a, b], moves)).copied().unwrap_or(0);
             let possible = a != GeomKind::Plane || moves == [false, true];
             assert_eq!(times > 0, possible, "{a:?} and {b:?}, moving {moves:?}: {times} contacts");
         }
@@ -201,10 +217,8 @@ fn a_scene_may_be_written_in_any_order_frame_and_kind_of_joint() {
 ///
 ///   and where it starts depends on which shape is the first, and for shapes exactly above each other on the axes;
 /// - of an area the second shape's normal counts, and which four of its corners are kept depends on the direction in which
-///   they are numbered, which a mirror turns round.
-///
-/// Of 50 scenes 47 agree when mirrored, 48 to 50 otherwise.
+///   they are numbered, which a mirror turns round: scenes with such an area are not mirrored.
 #[test]
 fn so_may_most_scenes_of_shapes_without_a_closed_form() {
-    compare(&ITERATED, scenes() / 4, 1e-3, 1e-3).check(0.1, 0.9);
+    compare(&ITERATED, scenes() / 4, 1e-3, 1e-3).check(0.1, 0.95);
 }
