@@ -1,6 +1,6 @@
 //! Penny: a pocket-sized rigid-body simulator that reads MuJoCo's MJCF files.
 //!
-//!     MJCF text ─ mjcf → Document (spans) → Spec (typed, defaults merged) ─ compile → Model (SI, immutable)
+//!     MJCF text ─ mjcf → Document (spans) → Spec (typed, defaults merged) ─ compile → Model (SI)
 //!     step(&Model, &Method, &mut State, &mut Data):  detect → smooth dynamics → contact law → integrate
 
 #![deny(missing_docs)]

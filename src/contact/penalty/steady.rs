@@ -7,8 +7,8 @@
 //!     a = a₀ + σ Σ f/m,   α = α₀ + σ W Σ (r × f + τ),     σ = 1 if the body is the second of the two, else −1
 //!
 //! and the residual is [`mod@super::residual`]'s. What it does not accept is solved the general way; a test compares the
-//! two. Worth it: with it a sphere that rolls is 11 times as fast as in MuJoCo, without it 5.1 times, and a box at rest
-//! 8.9 and 4.7 times (`penny bench --against mujoco`).
+//! two. Worth it (`penny bench --against mujoco`, times MuJoCo's speed with it and without): a sphere that rolls 9.1 and
+//! 7.2, a box at rest 7.7 and 4.9, the tutorial's disk 8.3 and 5.2, a T at rest 7.9 and 4.4.
 
 use super::{Coefficients, TOLERANCE};
 use crate::contact::Task;
