@@ -1,7 +1,7 @@
 //! Which trees influence one another through constraints, and the constraints of each island.
 
 use super::disjoint_sets::DisjointSets;
-use crate::data::{Contact, Data};
+use crate::data::Data;
 use crate::model::Model;
 
 /// Which trees constraints hold together.

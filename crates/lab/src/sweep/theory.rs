@@ -100,7 +100,7 @@ fn switched(damped: &Matrix2, free: &Matrix2, implicit: bool) -> f64 {
             }
             factor *= now;
             let passes = z[1] >= 0.0 && next[1] < 0.0;
-            if passes || i == MOST_STEPS / 2 || i == MOST_STEPS || factor < 1e-100 || factor >= 1e100 {
+            if passes || i == MOST_STEPS / 2 || i == MOST_STEPS || !(1e-100..1e100).contains(&factor) {
                 log += f64::ln(factor);
                 factor = 1.0;
             }
