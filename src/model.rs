@@ -103,7 +103,7 @@ pub struct Parts {
     /// Position at which joints are at their `ref` and free bodies at their body pose.
     pub qpos0: Vec<f64>,
     /// What the scene requires.
-    pub plan: Plan,
+    pub requires: Requirements,
 }
 
 /// `<option>` and `<flag>`, as far as they change what a supported scene does.
@@ -407,7 +407,7 @@ pub struct FreeBody {
 /// Which geom pairs a step looks at.
 #[derive(Clone, Debug, Default)]
 pub struct Pairs {
-    /// All of them, in contact order, when they are few; otherwise those that a sweep cannot find
+    /// All of them, in contact order, when they are few; otherwise those that the broad phase cannot find
     /// (planes against everything, `<contact><pair>`).
     pub listed: Vec<Pair>,
     /// Many geoms: the geoms among which a broad phase looks for pairs in each step. Empty when all are listed.
@@ -610,7 +610,7 @@ impl TutorialParams {
 
 /// What a scene requires: a step does nothing that the plan rules out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Plan {
+pub struct Requirements {
     /// Bodies that can move, by joints of their own or of a body they are attached to.
     pub moving_bodies: usize,
     /// Trees that are one rigid body on a free joint: closed forms.

@@ -9,12 +9,12 @@ use crate::model::{Bound, GeomKind, Model, Pair};
 ///
 /// Reads: `geom_xpos`, `geom_xmat`. Writes: `contacts` (all but the forces), `counts`.
 pub fn detect(model: &Model, data: &mut Data) {
-    let Data { geom_xpos, geom_xmat, contacts, counts, detect: Scratch { hits, sweep }, .. } = data;
+    let Data { geom_xpos, geom_xmat, contacts, counts, detect: Scratch { hits, broad_phase }, .. } = data;
     contacts.clear();
     if !(model.opt.flags.contact && model.opt.flags.constraint) {
         return;
     }
-    let pairs = if model.pairs.swept.is_empty() { &model.pairs.listed } else { sweep.near(model, geom_xpos) };
+    let pairs = if model.pairs.swept.is_empty() { &model.pairs.listed } else { broad_phase.near(model, geom_xpos) };
     for pair in pairs {
         if !apart(pair, geom_xpos, geom_xmat) {
             counts.pairs += 1;

@@ -6,6 +6,7 @@
 //! when a last digit changes ([`exact`]).
 
 mod boxes;
+pub mod broad_phase;
 mod capsule;
 mod capsule_box;
 mod convex;
@@ -16,11 +17,10 @@ mod manifold;
 mod plane;
 pub mod ray;
 mod sphere;
-pub mod sweep;
 
 use crate::math::{MIN_VAL, Mat3, Vec3};
 use crate::model::{GeomKind, Model, Pair};
-use sweep::Sweep;
+use broad_phase::BroadPhase;
 
 pub use detect::detect;
 pub use manifold::POINT;
@@ -29,7 +29,7 @@ pub use manifold::POINT;
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     hits: Hits,
-    sweep: Sweep,
+    broad_phase: BroadPhase,
 }
 
 /// How many contacts to have room for: all that the listed pairs can have, and for each geom of the broad phase as

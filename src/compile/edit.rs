@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{invweight, layout, masses, pairs, plan};
+use super::{invweight, layout, masses, pairs, requirements};
 use crate::model::{Model, Parts};
 
 /// Why a change of a model was not taken. The model is as it was.
@@ -34,7 +34,7 @@ impl Model {
     /// Changes numbers of the scene; the next step takes them up, under every law.
     ///
     /// What follows from what was changed is found anew: free bodies from the masses of their bodies, `invweight0`, the
-    /// parameters of contacts from those of geoms (a `<pair>` keeps its own), bounding spheres, the plan. What is derived
+    /// parameters of contacts from those of geoms (a `<pair>` keeps its own), bounding spheres, what a step needs. What is derived
     /// but changed directly (`mixes`, `invweight0`) stays until what it is derived from changes.
     ///
     ///     model.edit(|m| m.opt.gravity.z = -1.62)?;
@@ -77,7 +77,7 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
             tree.free = masses::free_body(tree, &parts.bodies, &parts.joints, &parts.dofs);
         }
     }
-    parts.plan = plan::plan(parts);
+    parts.requires = requirements::requirements(parts);
     match if same { Ok(()) } else { invweight::fill(model) } {
         Ok(()) => Ok(()),
         Err(dof) => {

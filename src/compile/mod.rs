@@ -1,4 +1,4 @@
-//! Spec to Model: frames, inertia, pairs, plan.
+//! Spec to Model: frames, inertia, pairs, what a step needs.
 //!
 //! Whatever can be wrong with a scene is found here at the latest; a [`Model`] is valid by construction.
 
@@ -10,7 +10,7 @@ mod invweight;
 mod layout;
 mod masses;
 mod pairs;
-mod plan;
+mod requirements;
 mod sensors;
 
 use std::collections::BTreeMap;
@@ -73,9 +73,9 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         texts: spec.texts.iter().map(|t| (t.name.clone(), t.data.clone())).collect(),
         tutorial,
         qpos0: world.qpos0,
-        plan: Default::default(),
+        requires: Default::default(),
     };
-    parts.plan = plan::plan(&parts);
+    parts.requires = requirements::requirements(&parts);
     let mut model = Model::new(parts);
     if let Err(dof) = invweight::fill(&mut model) {
         let joint = world.joint_specs[model.dofs[dof].joint];

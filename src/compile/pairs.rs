@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Log;
 use super::layout::World;
-use crate::collision::sweep::{may_touch, order};
+use crate::collision::broad_phase::{may_touch, order};
 use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
 use crate::model::{ContactOverride, Geom, GeomKind, Mix, Pair, Pairs};
 
@@ -259,7 +259,6 @@ fn bits(mix: &Mix) -> [u64; 17] {
     bits
 }
 
-/// Many geoms: those that collide with others than planes, and a table of mixes by class of parameters.
 /// Many geoms: those that collide with others than planes, and their classes of parameters. Gives a geom of each class.
 fn classes(geoms: &[Geom], pairs: &mut Pairs) -> Vec<usize> {
     let swept = |g: &usize| geoms[*g].kind != GeomKind::Plane && collides(&geoms[*g]);

@@ -89,7 +89,7 @@ impl Island {
         self.constraints.reserve(constraints);
         self.sources.reserve(constraints);
         self.curvatures.reserve(constraints);
-        self.rows.reserve(constraints, (contacts * model.plan.condim * 2 + joints) * widest, widest);
+        self.rows.reserve(constraints, (contacts * model.requires.condim * 2 + joints) * widest, widest);
         let Island { w, gradient, p, velocity, smooth, scale, .. } = self;
         for vector in [w, gradient, p, velocity, smooth, scale] {
             vector.reserve(size);

@@ -35,20 +35,20 @@ macro_rules! sized {
     };
 }
 
-pub mod block_factor;
+mod block_factor;
 pub mod constants;
-pub mod cost;
-pub mod curvature;
+mod cost;
+mod curvature;
 pub mod describe;
-pub mod disjoint_sets;
+mod disjoint_sets;
 pub mod impedance;
 pub mod island;
-pub mod islands;
+mod islands;
 mod joint_rows;
 pub mod mujoco;
-pub mod newton;
+mod newton;
 pub mod penalty;
-pub mod per_mix;
+mod per_mix;
 pub mod pointwise;
 mod rows;
 pub mod tangent;

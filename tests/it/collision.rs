@@ -1,6 +1,6 @@
 //! Colliders against MuJoCo's contacts, and against truths that need no other engine.
 
-use penny::collision::sweep::{may_touch, order};
+use penny::collision::broad_phase::{may_touch, order};
 use penny::collision::{Hits, POINT, Placed, collider, detect, frame};
 use penny::data::Data;
 use penny::math::{Mat3, Vec3, mat, quat, vec3};

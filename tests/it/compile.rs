@@ -1,7 +1,7 @@
 //! The compiler against MuJoCo 4.0.0, number by number, and what it promises beyond.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use penny::model::{Model, Plan};
+use penny::model::{Model, Requirements};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -313,22 +313,25 @@ fn only_a_bare_free_joint_has_the_closed_form() {
 #[test]
 fn the_plan_holds_what_the_scene_requires_and_no_more() {
     let nothing = model("empty", "<mujoco/>");
-    assert_eq!(nothing.plan, Plan::default());
+    assert_eq!(nothing.requires, Requirements::default());
     let ball = model("ball", &body_of("<body pos='0 0 1'><freejoint/><geom size='.1' condim='1'/></body>"));
-    assert_eq!((ball.plan.free_trees, ball.plan.articulated_trees, ball.plan.pairs), (1, 0, 1));
-    assert_eq!((ball.plan.condim, ball.plan.coupled, ball.plan.colliding_geoms.len()), (3, false, 2));
+    assert_eq!((ball.requires.free_trees, ball.requires.articulated_trees, ball.requires.pairs), (1, 0, 1));
+    assert_eq!((ball.requires.condim, ball.requires.coupled, ball.requires.colliding_geoms.len()), (3, false, 2));
     let slider =
         model("slider", &body_of("<body pos='0 0 1'><joint type='slide'/><geom size='.1' contype='0'/></body>"));
-    assert_eq!((slider.plan.rotating_trees, slider.plan.articulated_trees), (0, 1));
+    assert_eq!((slider.requires.rotating_trees, slider.requires.articulated_trees), (0, 1));
     let arm = model("arm", "<mujoco><worldbody><body><joint range='-30 30' stiffness='1' damping='2' armature='3'/>
         <geom size='.1'/><body pos='1 0 0'><joint frictionloss='0.1'/><geom size='.1'/></body></body></worldbody></mujoco>");
-    let plan = &arm.plan;
+    let requires = &arm.requires;
     assert_eq!(
-        (plan.coupled, plan.largest_matrix, plan.pairs, plan.condim),
+        (requires.coupled, requires.largest_matrix, requires.pairs, requires.condim),
         (true, 2, 0, 0),
         "parent and child do not touch"
     );
-    assert_eq!((plan.limits, plan.springs, plan.dampers, plan.armature, plan.frictionloss), (1, 1, 1, 1, 1));
+    assert_eq!(
+        (requires.limits, requires.springs, requires.dampers, requires.armature, requires.frictionloss),
+        (1, 1, 1, 1, 1)
+    );
 }
 
 #[test]

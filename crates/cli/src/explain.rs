@@ -120,19 +120,19 @@ fn under_load(model: &Model, method: &Method, group: &[Touch], loads: &Loads) ->
 
 /// The plan of a scene in words: what moves, what can touch, what else a step has to compute.
 pub fn requirements(model: &Model) -> Vec<[String; 2]> {
-    let plan = &model.plan;
+    let requires = &model.requires;
     let mut rows = vec![["moves".to_owned(), moves(model)], ["can touch".to_owned(), can_touch(model)]];
-    let inexact = plan.colliders.iter().filter(|[a, b]| !exact(*a, *b)).map(shapes).collect::<Vec<_>>().join(", ");
+    let inexact = requires.colliders.iter().filter(|[a, b]| !exact(*a, *b)).map(shapes).collect::<Vec<_>>().join(", ");
     if !inexact.is_empty() {
         rows.push([String::new(), format!("contact points may differ from MuJoCo's: {inexact}")]);
     }
     let also: Vec<String> = [
-        (plan.limits, "joint limit", "joint limits"),
-        (plan.springs, "spring", "springs"),
-        (plan.dampers, "damper", "dampers"),
-        (plan.frictionloss, "joint with dry friction", "joints with dry friction"),
-        (plan.armature, "joint with armature", "joints with armature"),
-        (plan.actuators, "actuator", "actuators"),
+        (requires.limits, "joint limit", "joint limits"),
+        (requires.springs, "spring", "springs"),
+        (requires.dampers, "damper", "dampers"),
+        (requires.frictionloss, "joint with dry friction", "joints with dry friction"),
+        (requires.armature, "joint with armature", "joints with armature"),
+        (requires.actuators, "actuator", "actuators"),
     ]
     .into_iter()
     .filter(|(n, ..)| *n > 0)
@@ -145,17 +145,17 @@ pub fn requirements(model: &Model) -> Vec<[String; 2]> {
 }
 
 fn moves(model: &Model) -> String {
-    let plan = &model.plan;
-    if plan.moving_bodies == 0 {
+    let requires = &model.requires;
+    if requires.moving_bodies == 0 {
         return "nothing".to_owned();
     }
     let mut parts = vec![
-        count(plan.moving_bodies, "body", "bodies")
+        count(requires.moving_bodies, "body", "bodies")
             + &format!(" with {}", count(model.nv, "degree of freedom", "degrees of freedom")),
     ];
-    if plan.free_trees > 0 {
-        let all = plan.articulated_trees == 0;
-        parts.push(format!("{} free (closed form)", if all { "all".into() } else { plan.free_trees.to_string() }));
+    if requires.free_trees > 0 {
+        let all = requires.articulated_trees == 0;
+        parts.push(format!("{} free (closed form)", if all { "all".into() } else { requires.free_trees.to_string() }));
     }
     for (i, tree) in model.trees.iter().enumerate().filter(|(_, t)| t.free.is_none()) {
         let joints: Vec<&str> =
@@ -171,22 +171,22 @@ fn moves(model: &Model) -> String {
 }
 
 fn can_touch(model: &Model) -> String {
-    let plan = &model.plan;
-    if plan.pairs == 0 && plan.swept == 0 {
+    let requires = &model.requires;
+    if requires.pairs == 0 && requires.swept == 0 {
         return "nothing: a step does no contact work".to_owned();
     }
-    let mut parts = vec![count(plan.pairs, "pair", "pairs")];
-    if plan.swept > 0 {
-        parts.push(format!("and {} geoms that are sorted in each step to find more", plan.swept));
+    let mut parts = vec![count(requires.pairs, "pair", "pairs")];
+    if requires.swept > 0 {
+        parts.push(format!("and {} geoms that are sorted in each step to find more", requires.swept));
     }
-    let friction = match plan.condim {
+    let friction = match requires.condim {
         1 => "no friction",
         3 => "sliding friction",
         4 => "sliding and torsional friction",
         _ => "sliding, torsional and rolling friction",
     };
-    let kinds: Vec<String> = plan.colliders.iter().map(shapes).collect();
-    format!("{}: {}; {friction} (condim {})", parts.join(" "), kinds.join(", "), plan.condim)
+    let kinds: Vec<String> = requires.colliders.iter().map(shapes).collect();
+    format!("{}: {}; {friction} (condim {})", parts.join(" "), kinds.join(", "), requires.condim)
 }
 
 /// "plane–box"

@@ -241,7 +241,7 @@ fn account(
 ) -> (String, Limit) {
     let mut rows: Vec<[String; 2]> = requirements(model);
     rows.push(["contact law".into(), format!("{}: {}", method.contact.name, method.contact.about)]);
-    if !method.contact.joints && model.plan.limits + model.plan.frictionloss > 0 {
+    if !method.contact.joints && model.requires.limits + model.requires.frictionloss > 0 {
         rows.push([
             String::new(),
             "it has no joint limits and no dry friction of joints: those of the scene do nothing".into(),

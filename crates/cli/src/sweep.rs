@@ -196,8 +196,8 @@ impl Args {
 }
 
 fn contactless(model: &Model) -> bool {
-    let plan = &model.plan;
-    plan.pairs + plan.swept + plan.limits + plan.frictionloss == 0
+    let requires = &model.requires;
+    requires.pairs + requires.swept + requires.limits + requires.frictionloss == 0
 }
 
 pub fn sweep(args: &Args) -> Result<(), Failure> {

@@ -10,7 +10,7 @@
 //! Source: MuJoCo 4.0 manual, Computation › Constraint model and Constraint solver; formulas re-checked against
 //! 4.0.0 by running it.
 
-pub mod coefficients;
+pub(crate) mod coefficients;
 pub mod efc;
 
 use super::cost::Kind;

@@ -46,10 +46,10 @@
 //! force that is found along with it: J. Haslinger, "Approximation of the Signorini problem with friction, obeying the
 //! Coulomb law", Math. Meth. Appl. Sci. 5 (1983), 422–437 (fixed point of Tresca problems).
 
-pub mod fixed_point;
-pub mod residual;
-pub mod semismooth;
-pub mod steady;
+mod fixed_point;
+mod residual;
+mod semismooth;
+mod steady;
 
 use super::cost::{GROUPS, Kind};
 use super::describe::{self, Creep, Description, Unlike};

@@ -68,7 +68,7 @@ impl Balance {
                 now[0] += self.implicit_gains(model, state, data);
             }
         }
-        if model.opt.flags.damper && model.plan.dampers > 0 {
+        if model.opt.flags.damper && model.requires.dampers > 0 {
             let acts = |d: usize| match self.dampers_of {
                 _ if self.powers.is_some() => state.qvel[d],
                 Dampers::None => before[d],

@@ -370,7 +370,7 @@ pub fn map(setting: &Setting, axes: [&Quantity; 2], x: &[f64], y: &[f64], finish
 /// Whether a scene in which things can touch runs for its time without that they do.
 pub fn touches_nothing(setting: &Setting) -> bool {
     let Setting { case, method } = setting;
-    if case.model.plan.pairs + case.model.plan.swept == 0 {
+    if case.model.requires.pairs + case.model.requires.swept == 0 {
         return false;
     }
     let (mut state, mut data) = (case.start.clone(), Data::new(&case.model));

@@ -32,7 +32,7 @@ pub fn weightless(case: &Case) -> bool {
 }
 
 pub fn contactless(case: &Case) -> bool {
-    case.model.plan.pairs + case.model.plan.swept == 0
+    case.model.requires.pairs + case.model.requires.swept == 0
 }
 
 /// The first body, if it is free and its frame sits at its centre of mass: qpos and qvel begin with it.

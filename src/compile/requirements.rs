@@ -3,16 +3,16 @@
 use std::collections::BTreeSet;
 
 use crate::collision::collider;
-use crate::model::{GeomKind, Joint, Parts, Plan};
+use crate::model::{GeomKind, Joint, Parts, Requirements};
 
-pub fn plan(model: &Parts) -> Plan {
+pub fn requirements(model: &Parts) -> Requirements {
     let springs = model.opt.flags.spring;
     let dampers = model.opt.flags.damper;
     let joints = |has: &dyn Fn(&Joint) -> bool| model.joints.iter().filter(|j| has(j)).count();
     let dof = |joint: &Joint| &model.dofs[joint.dofadr];
     let articulated = model.trees.iter().filter(|t| t.free.is_none());
     let constraint = model.opt.flags.constraint;
-    Plan {
+    Requirements {
         moving_bodies: model.bodies.iter().filter(|b| b.tree.is_some()).count(),
         free_trees: model.trees.iter().filter(|t| t.free.is_some()).count(),
         articulated_trees: articulated.clone().count(),

@@ -16,7 +16,7 @@ const NONE: u32 = u32::MAX;
 
 /// The broad phase of scenes with many geoms, and its buffers.
 #[derive(Clone, Debug, Default)]
-pub struct Sweep {
+pub struct BroadPhase {
     /// The geoms, largest first.
     items: Vec<Item>,
     /// Edge of the smallest cells, m.
@@ -46,7 +46,7 @@ struct Item {
     next: u32,
 }
 
-impl Sweep {
+impl BroadPhase {
     /// All pairs that may touch now, in contact order.
     pub fn near(&mut self, model: &Model, xpos: &[Vec3]) -> &Vec<Pair> {
         let first = self.items.is_empty();
