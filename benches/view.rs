@@ -54,7 +54,7 @@ fn time(what: &str, batches: usize, each: usize, alone: bool, mut act: impl FnMu
 
 fn stage(path: &Path) -> Stage {
     let opened = open::open(path).unwrap_or_else(|report| panic!("{report}"));
-    let session = open::session(opened.model, path, opened.hash, 1).expect("known law and integrator");
+    let session = open::session(opened, path, 1).expect("known law and integrator");
     Stage::new(session, 1, None, true)
 }
 

@@ -46,6 +46,8 @@ pub struct Data {
     pub qfrc_passive: Vec<f64>,
     /// Actuators (nv).
     pub qfrc_actuator: Vec<f64>,
+    /// Drag of the medium (nv).
+    pub qfrc_fluid: Vec<f64>,
     /// Compensation of gravity (nv).
     pub qfrc_gravcomp: Vec<f64>,
     /// What changes an actuator's force: its control or activation.
@@ -348,6 +350,7 @@ impl Data {
             qfrc_bias: zeros.clone(),
             qfrc_passive: zeros.clone(),
             qfrc_actuator: zeros.clone(),
+            qfrc_fluid: zeros.clone(),
             qfrc_gravcomp: zeros.clone(),
             actuator_input: vec![0.0; model.actuators.len()],
             act_dot: vec![0.0; model.na],

@@ -15,9 +15,10 @@ use crate::model::{Body, Model};
 ///     f = −3 π β d v − ½ ρ b_y b_z |v_x| v_x                β viscosity, d mean of the widths, ρ density
 ///     τ = −π β d³ ω − ρ b_x (b_y⁴ + b_z⁴) |ω_x| ω_x / 64    and so on for y and z
 ///
-/// Reads: poses, cdof, qvel. Adds to: qfrc_passive.
+/// Reads: poses, cdof, qvel. Writes: qfrc_fluid (nv). Adds it to: qfrc_passive.
 pub fn drag(model: &Model, qvel: &[f64], data: &mut Data) {
-    let mut forces = std::mem::take(&mut data.qfrc_passive);
+    let mut forces = std::mem::take(&mut data.qfrc_fluid);
+    forces.fill(0.0);
     for &b in &data.plan.fluid {
         let body = &model.bodies[b];
         let com = super::xipos(model, data, b);
@@ -29,7 +30,10 @@ pub fn drag(model: &Model, qvel: &[f64], data: &mut Data) {
         let wrench = join(&(axes * force), &(axes * torque));
         super::each_column(model, data, b, &com, |d, column| forces[d] += column.dot(&wrench));
     }
-    data.qfrc_passive = forces;
+    for (passive, f) in data.qfrc_passive.iter_mut().zip(&forces) {
+        *passive += f;
+    }
+    data.qfrc_fluid = forces;
 }
 
 /// Full widths (m) of the box that has a body's mass and inertia.

@@ -31,6 +31,10 @@ pub struct Document {
     /// The main file first, then the included ones in the order they were met.
     pub files: Vec<Source>,
     pub(super) nodes: Vec<Node>,
+    /// Tags of includes, and the files that stand in their places (end tags: none).
+    pub(super) includes: Vec<(Span, Option<u32>)>,
+    /// Of each included file, what its outermost element holds.
+    pub(super) contents: Vec<Span>,
 }
 
 /// An element: name, attributes and children, each in file order.
@@ -60,6 +64,34 @@ pub struct Attribute {
 }
 
 impl Document {
+    /// The scene as one file, which includes no others and means the same.
+    pub fn joined(&self) -> String {
+        let mut tags: Vec<Vec<(Span, Option<u32>)>> = vec![Vec::new(); self.files.len()];
+        for &(span, file) in &self.includes {
+            tags[span.file as usize].push((span, file));
+        }
+        tags.iter_mut().for_each(|tags| tags.sort());
+        let mut text = String::new();
+        if let Some(main) = self.files.first() {
+            self.join(Span::new(0, 0, main.text.len()), &tags, &mut text);
+        }
+        text
+    }
+
+    fn join(&self, part: Span, tags: &[Vec<(Span, Option<u32>)>], out: &mut String) {
+        let text = &self.files[part.file as usize].text;
+        let mut from = part.start as usize;
+        for (tag, file) in &tags[part.file as usize] {
+            out.push_str(&text[from..tag.start as usize]);
+            let content = file.and_then(|file| self.contents.binary_search_by_key(&file, |c| c.file).ok());
+            if let Some(i) = content {
+                self.join(self.contents[i], tags, out);
+            }
+            from = tag.end as usize;
+        }
+        out.push_str(&text[from..part.end as usize]);
+    }
+
     /// The outermost element, if there is one.
     pub fn root(&self) -> Option<NodeId> {
         (!self.nodes.is_empty()).then_some(NodeId(0))

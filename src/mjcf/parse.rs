@@ -28,7 +28,7 @@ pub fn load(path: &Path, limits: &Limits) -> (Document, Vec<Problem>) {
         Err(unread) => {
             let end = unread.valid.len();
             let source = Source { name, path: path.to_path_buf(), text: unread.valid };
-            let document = Document { files: vec![source], nodes: Vec::new() };
+            let document = Document { files: vec![source], ..Document::default() };
             let problem = Problem::new(*unread.kind, Span::new(0, end, end));
             let near = || Some(path.with_file_name(similar_file(path)?).display().to_string());
             let problem = match unread.help {
@@ -261,8 +261,8 @@ impl Parser<'_> {
             match event {
                 Ok(Event::Eof) => break,
                 Ok(Event::Start(tag) | Event::Empty(tag)) if self.runs_on(&file, &tag) => return,
-                Ok(Event::Start(tag)) => self.start(&mut file, &tag, true),
-                Ok(Event::Empty(tag)) => self.start(&mut file, &tag, false),
+                Ok(Event::Start(tag)) => self.start(&mut file, &tag, span, true),
+                Ok(Event::Empty(tag)) => self.start(&mut file, &tag, span, false),
                 Ok(Event::End(tag)) => self.end(&mut file, tag.name().as_ref(), span),
                 Ok(Event::Text(part)) => self.text(&mut file, &part, start),
                 Ok(Event::CData(_) | Event::GeneralRef(_)) => self.stray(&mut file, span),
@@ -318,7 +318,8 @@ impl Parser<'_> {
         true
     }
 
-    fn start(&mut self, file: &mut File, tag: &BytesStart, has_content: bool) {
+    /// `whole`: from `<` to `>`.
+    fn start(&mut self, file: &mut File, tag: &BytesStart, whole: Span, has_content: bool) {
         let content: &str = tag;
         let name = tag.name();
         let name: &str = name.as_ref();
@@ -339,11 +340,17 @@ impl Parser<'_> {
         let attributes = self.attributes(file, tag);
         let parent = file.stack.last().map(|open| open.node).or(file.into);
         let node = match (file.stack.is_empty(), file.into) {
-            (true, Some(into)) => into,
+            (true, Some(into)) => {
+                self.document.contents.push(Span { start: whole.end, ..whole });
+                into
+            }
             _ if name == "include" && parent.is_some() => {
                 let include = Node { name: name.to_string(), span, attributes, children: Vec::new() };
                 let parent = parent.unwrap_or_default();
+                let next = self.document.files.len();
                 self.include(&include, parent, file);
+                let read = (self.document.files.len() > next).then_some(next as u32);
+                self.document.includes.push((whole, read));
                 parent
             }
             // A second root was reported; its children hang where they do no harm.
@@ -509,6 +516,12 @@ impl Parser<'_> {
             );
         }
         file.stack.pop();
+        let contents = &mut self.document.contents;
+        match depth {
+            0 => contents.iter_mut().filter(|c| c.file == file.number).for_each(|c| c.end = span.start),
+            _ if name == "include" => self.document.includes.push((span, None)),
+            _ => {}
+        }
     }
 
     fn text(&mut self, file: &mut File, part: &str, start: usize) {

@@ -270,6 +270,18 @@ fn the_summary_says_where_the_energy_went() {
     let friction = said.split("(friction about ").nth(1).unwrap_or_else(|| panic!("{said}"));
     let joules: f64 = friction.split(' ').next().expect("a number").parse().expect("a number");
     assert!((joules + 1.0).abs() < 0.02, "{said}");
+    // A ball sinks in oil: v = u (1 − e^(−t/τ)), u = m g/c, τ = m/c, c = 3π β d, d = r √2.4 the width of the box that stands
+    // for the ball. The oil takes ∫ c v² = c u² (t − 2 τ (1 − e^(−t/τ)) + τ/2 (1 − e^(−2t/τ))).
+    let ball = r#"<mujoco><option viscosity="5" integrator="RK4"/><worldbody><body><freejoint/><geom size=".1" mass="1"/></body></worldbody></mujoco>"#;
+    let said = crate::said(&penny(&[&file("oil.xml", ball).display().to_string(), "--time", "1"]));
+    let c = 3.0 * std::f64::consts::PI * 5.0 * 0.1 * 2.4f64.sqrt();
+    let (u, tau) = (9.81 / c, 1.0 / c);
+    let took = c * u * u * (1.0 - 2.0 * tau * (1.0 - (-c).exp()) + 0.5 * tau * (1.0 - (-2.0 * c).exp()));
+    assert!(said.contains(&format!("the medium -{took:.1} J, drift")), "{took} {said}");
+    // 1 kg without weight rises by 1 m.
+    let lift = r#"<mujoco><worldbody><body gravcomp="1"><joint type="slide" axis="0 0 1"/><geom size=".1" mass="1"/></body></worldbody></mujoco>"#;
+    let said = crate::said(&penny(&[&file("lift.xml", lift).display().to_string(), "--qvel", "1", "--time", "1"]));
+    assert!(said.contains("gravity compensation +9.81 J, drift 0 J"), "{said}");
 }
 
 #[test]

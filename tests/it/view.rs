@@ -19,13 +19,13 @@ const HOUR: Duration = Duration::from_secs(3600);
 pub fn session(path: &str) -> Session {
     let path = &crate::file(path);
     let opened = open::open(path).unwrap_or_else(|report| panic!("{report}"));
-    open::session(opened.model, path, opened.hash, 1).expect("known law and integrator")
+    open::session(opened, path, 1).expect("known law and integrator")
 }
 
 /// A session of a scene given as text.
 pub fn written(text: &str) -> Session {
-    let scene = penny::parse("test.xml", text).unwrap_or_else(|report| panic!("{report}"));
-    open::session(scene.model, Path::new("test.xml"), String::new(), 0).expect("known law and integrator")
+    let opened = open::open_text("test.xml", text).unwrap_or_else(|report| panic!("{report}"));
+    open::session(opened, Path::new("test.xml"), 0).expect("known law and integrator")
 }
 
 const BALL: &str = r#"<mujoco><option timestep="0.001"/><worldbody><geom type="plane" size="1 1 1" friction="0.5 0.01 0.01" condim="6"/>
@@ -343,8 +343,7 @@ fn a_reloaded_scene_keeps_the_view_and_the_choices() {
     stage.film.camera.distance = 7.5;
     stage.change(Change::Contact("tutorial".into()));
     (0..10).for_each(|_| assert!(stage.step()));
-    let heavier = penny::parse("test.xml", &BALL.replace("0.41", "0.82")).expect("fine").model;
-    stage.reload(heavier, "new".into());
+    stage.reload(open::open_text("test.xml", &BALL.replace("0.41", "0.82")).expect("fine"));
     assert_eq!(stage.film.camera.distance, 7.5);
     assert_eq!(stage.session.method.contact.name, "tutorial");
     assert_eq!((stage.session.model.bodies[1].mass, stage.session.steps), (0.82, 0));
@@ -453,14 +452,64 @@ fn every_level_opens_from_its_own_file() {
     }
 }
 
-/// A session carries its scene: it can be drawn in a folder where the file never was; a changed text is not taken for it.
+#[test]
+fn a_replay_can_be_trimmed() {
+    let log = played(60.0).session.log();
+    let filmed = |from: f64, frame: usize| {
+        let mut session =
+            Session::from_log(&log, session("models/goal.xml").model, &log.scene_hash).expect("same scene");
+        let (mut player, mut film) =
+            (Player::new(log.clone()), Film::new(&session, Camera::default(), None, 25.0, 1.0));
+        film.skip(from, &mut session, Some(&mut player)).expect("no divergence");
+        film.frame(frame, &mut session, Some(&mut player)).expect("no divergence");
+        session.state_hash()
+    };
+    // The last 1.3 of 2.5 s.
+    assert_eq!(filmed(1.2, 10), filmed(0.0, 40));
+    assert_eq!(filmed(1.2, 33), filmed(0.0, 63), "to the end");
+}
+
+#[test]
+fn the_camera_stays_above_the_floor() {
+    let mut stage = Stage::new(written(BALL), 0, None, false);
+    stage.film.camera =
+        Camera { target: Vec3::new(0.0, 0.0, -1.0), distance: 2.0, elevation: 1.5, ..Camera::default() };
+    let pos = stage.session.poses(1.0).pos;
+    let eye = stage.film.eye(&pos).axes().eye;
+    assert!(eye.z > 0.03, "{eye:?}");
+    // Whoever looks down anyway sees what he asked for.
+    stage.film.camera = Camera::default();
+    assert_eq!(stage.film.eye(&pos), Camera::default());
+    let mut space = Stage::new(
+        written(&BALL.replace("type=\"plane\" size=\"1 1 1\"", "size=\"1\" pos=\"0 0 -9\"")),
+        0,
+        None,
+        false,
+    );
+    space.film.camera.elevation = 1.5;
+    assert_eq!(space.film.eye(&pos).elevation, 1.5, "no floor, no bound");
+}
+
+/// A session carries its scene: it can be drawn in a folder where the files never were; a changed text is not taken for it.
 #[test]
 fn a_session_carries_its_scene() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("carried");
     std::fs::create_dir_all(&folder).expect("a folder");
-    let opened = open::open_text("elsewhere/ball.xml", BALL).expect("a scene");
-    let mut session = open::session(opened.model, Path::new("elsewhere/ball.xml"), opened.hash, 0).expect("a session");
-    session.source.text = opened.text;
+    let elsewhere = folder.join("elsewhere");
+    std::fs::create_dir_all(elsewhere.join("parts")).expect("a folder");
+    let (floor, ball) = BALL.split_once("<body").expect("a body");
+    let write = |file: &str, text: &str| std::fs::write(elsewhere.join(file), text).expect("a file");
+    write(
+        "ball.xml",
+        &format!(
+            "{floor}<!-- <include file='no.xml'/> --><include file='parts/ball.xml'></include></worldbody></mujoco>"
+        ),
+    );
+    write("parts/ball.xml", "<?xml version='1.0'?>\n<mujoco><include file='parts/inner.xml'/></mujoco>");
+    write("parts/inner.xml", &format!("<mujoco><body{}</mujoco>", ball.split("</worldbody>").next().expect("a body")));
+    let opened = open::open(&elsewhere.join("ball.xml")).expect("a scene");
+    std::fs::remove_dir_all(&elsewhere).expect("it is there");
+    let mut session = open::session(opened, Path::new("elsewhere/ball.xml"), 0).expect("a session");
     (0..20).for_each(|_| session.step().expect("a step"));
     let log = session.log();
     let render = |log: &Log| {

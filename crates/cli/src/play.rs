@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::Failure;
 use super::files;
 use super::render::{beside, read_log};
-use super::scene::{LimitArgs, MethodArgs, StartArgs, whole};
+use super::scene::{LimitArgs, MethodArgs, StartArgs, positive, whole};
 use penny::mjcf::Limits;
 use penny_view::game::LEVELS;
 use penny_view::open::{self, Opened};
@@ -22,6 +22,9 @@ pub struct Args {
     /// Play a recorded session again, bit for bit
     #[arg(long, value_name = "run.json", conflicts_with = "scene")]
     replay: Option<PathBuf>,
+    /// Begin the replay after so many simulated seconds: what was before is computed, not shown
+    #[arg(long, value_name = "S", value_parser = positive, requires = "replay", allow_hyphen_values = true)]
+    from: Option<f64>,
     /// Seed of the game's passes
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>, allow_negative_numbers = true)]
     seed: u64,
@@ -48,7 +51,7 @@ pub fn opened(path: &Path, limits: &Limits) -> Result<Opened, Failure> {
     Ok(opened)
 }
 
-/// A recorded session before its first step, and what drives it. It carries its scene, unless that includes others. A scene outside the session's folder is taken if it
+/// A recorded session before its first step, and what drives it. It carries its scene. A scene outside the session's folder is taken if it
 /// is the very file that the session was recorded with; of another one nothing is told.
 pub fn recorded(path: &Path, limits: &Limits) -> Result<(Session, Player, Vec<PathBuf>), Failure> {
     let log = read_log(path)?;
@@ -108,6 +111,7 @@ pub fn play(args: &Args) -> Result<(), Failure> {
             let path = PathBuf::from(&session.source.path);
             let mut stage = Stage::new(session, 0, None, false);
             stage.replay(player);
+            stage.skip(args.from.unwrap_or(0.0)).map_err(|e| Failure::Problem(format!("error: {e}")))?;
             (path, Vec::new(), stage)
         }
         (None, Some(scene)) => {
@@ -115,10 +119,20 @@ pub fn play(args: &Args) -> Result<(), Failure> {
             let opened = opened(&path, &limits)?;
             apart(&opened.files)?;
             let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
-            let source =
-                Source { path: path.display().to_string(), hash: opened.hash, seed: args.seed, text: opened.text };
+            let source = Source {
+                path: path.display().to_string(),
+                hash: opened.hash,
+                seed: args.seed,
+                text: Some(opened.text),
+            };
+            let warnings = super::run::doubtful(&opened.model, &method, &state);
+            warnings.iter().for_each(|warning| eprintln!("{warning}"));
             let session = Session::new(opened.model, method, state, source);
-            (path, opened.files, Stage::new(session, args.seed, chosen, true))
+            let mut stage = Stage::new(session, args.seed, chosen, true);
+            // Those of the text first, each in its whole.
+            let of_text = Some(opened.warnings.trim_end().to_owned()).filter(|text| !text.is_empty());
+            stage.warnings = of_text.into_iter().chain(warnings).collect();
+            (path, opened.files, stage)
         }
         (None, None) => return Err(Failure::Usage("error: name a scene: penny play SCENE.xml".to_owned())),
     };
@@ -129,7 +143,17 @@ pub fn play(args: &Args) -> Result<(), Failure> {
 
 #[cfg(not(feature = "play"))]
 pub fn play(args: &Args) -> Result<(), Failure> {
-    let _ = (&args.scene, &args.replay, &args.record, &args.seed, &args.ghost, &args.method, &args.start, &args.limits);
+    let _ = (
+        &args.scene,
+        &args.replay,
+        &args.from,
+        &args.record,
+        &args.seed,
+        &args.ghost,
+        &args.method,
+        &args.start,
+        &args.limits,
+    );
     args.level.as_deref().map(level).transpose()?;
     Err(Failure::Problem(
         "error: this penny was built without the window: `cargo run --features play -- play SCENE.xml` builds it; \

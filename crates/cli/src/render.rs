@@ -31,7 +31,10 @@ pub struct Args {
     /// Frames per second [default: 50, .apng 30, .mp4 and .webm 60]
     #[arg(long, value_name = "N", value_parser = positive, allow_hyphen_values = true)]
     fps: Option<f64>,
-    /// Simulated seconds [default: 3, or the whole recorded session]
+    /// Begin after so many simulated seconds: what was before is computed, not shown
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
+    from: Option<f64>,
+    /// Simulated seconds to show [default: 3, or the recorded session to its end]
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     time: Option<f64>,
     /// Simulated seconds per second of film
@@ -70,15 +73,20 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     read.push(args.input.clone());
     files::apart(&read, &[("--output", Some(&args.output))])?;
     let recorded = player.as_ref().map(|p| p.log().duration());
-    let duration = args.time.or(recorded).unwrap_or(DEFAULT_TIME);
+    let from = args.from.unwrap_or(0.0);
+    if let Some(all) = recorded.filter(|all| from >= *all) {
+        let why = format!("error: --from {from} is after the end of the session: it lasts {}", si(all, "s"));
+        return Err(Failure::Usage(why));
+    }
+    let duration = args.time.or(recorded.map(|all| all - from)).unwrap_or(DEFAULT_TIME);
     let fps = args.fps.unwrap_or(format.usual_fps());
     let film = film(args, &session, fps)?;
     let whole = recorded.is_some() && args.time.is_none();
     let frames = if whole { film.frames_to_end(duration) } else { film.frames(duration) };
     let [width, height] = args.size.unwrap_or(if args.panel { [1280, 720] } else { [640, 480] });
     let most = if session.method.timestep > 0.0 { MOST_STEPS * session.method.timestep } else { 0.0 };
-    if frames > MOST_FRAMES || duration > most {
-        let steps = duration / session.method.timestep;
+    if frames > MOST_FRAMES || duration + from > most {
+        let steps = (duration + from) / session.method.timestep;
         return Err(Failure::Usage(format!(
             "error: {} makes {} frames of {} steps; the most are {} frames and {} steps",
             si(duration, "s"),
@@ -103,10 +111,11 @@ pub fn render(args: &Args) -> Result<(), Failure> {
         video.push(image).map_err(problem)
     };
     session = if args.panel {
-        with_panel(session, player, film, first..frames, [width, height], &mut write)?
+        with_panel(session, player, (film, from), first..frames, [width, height], &mut write)?
     } else {
         let (mut film, mut player) = (film, player);
         let threads = std::thread::available_parallelism().map_or(1, |n| n.get().min(8));
+        film.skip(from, &mut session, player.as_mut()).map_err(problem)?;
         let (mut painter, mut image) = (Painter::new(threads), Image::new(width, height));
         for i in first..frames {
             let list = film.frame(i, &mut session, player.as_mut()).map_err(problem)?;
@@ -139,7 +148,7 @@ fn session(args: &Args) -> Result<(Session, Option<Player>, Vec<PathBuf>), Failu
     }
     let opened = opened(&args.input, &args.limits.limits())?;
     let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
-    let source = Source { path: args.input.display().to_string(), hash: opened.hash, seed: 0, text: opened.text };
+    let source = Source { path: args.input.display().to_string(), hash: opened.hash, seed: 0, text: Some(opened.text) };
     Ok((Session::new(opened.model, method, state, source), None, opened.files))
 }
 
@@ -171,7 +180,7 @@ fn film(args: &Args, session: &Session, fps: f64) -> Result<Film, Failure> {
 fn with_panel(
     session: Session,
     player: Option<Player>,
-    film: Film,
+    (film, from): (Film, f64),
     frames: std::ops::Range<usize>,
     [width, height]: [usize; 2],
     write: &mut dyn FnMut(&Image) -> Result<(), Failure>,
@@ -179,6 +188,7 @@ fn with_panel(
     use penny_view::stage::Stage;
     use penny_window::{App, headless::Headless};
     let mut stage = Stage::watch(session, film, player);
+    stage.skip(from).map_err(problem)?;
     // Plots need the steps before the first picture too.
     let mut window = Headless::new(width, height);
     let skipped = frames.start;
@@ -201,7 +211,7 @@ fn with_panel(
 fn with_panel(
     _: Session,
     _: Option<Player>,
-    _: Film,
+    _: (Film, f64),
     _: std::ops::Range<usize>,
     _: [usize; 2],
     _: &mut dyn FnMut(&Image) -> Result<(), Failure>,

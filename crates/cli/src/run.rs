@@ -105,18 +105,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let budget = Budget::seconds(TRYING);
     let (text, limit) = account(&args.scene, &model, &method, &state, steps, &touches, &budget);
     report.print(&text);
-    for doubt in doubts::of_start(&model, &state, "at the start").into_iter().chain(doubts::of_scene(&model)) {
+    for doubt in before(&model, &method, &state, &limit, &budget, overlap.as_ref()) {
         eprintln!("{doubt}");
     }
-    for doubt in doubts::quaternions(&model, &state) {
-        eprintln!("{doubt}");
-    }
-    eprint!("{}", scene::clamped_controls(&model, &state));
-    eprint!(
-        "{}{}",
-        warning(&model, &method, &state, &limit, &budget),
-        overlap.as_ref().map_or_else(String::new, |o| o.warning(&model))
-    );
 
     let mut table = Table::new(&model, &shown);
     let mut data = Data::new(&model);
@@ -224,6 +215,37 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit.as_ref()));
     }
     interrupt.code().map_or(Ok(()), |code| Err(Failure::Interrupted(code)))
+}
+
+/// All that is doubtful before the first step.
+fn before(
+    model: &Model,
+    method: &Method,
+    state: &State,
+    limit: &Limit,
+    budget: &Budget,
+    overlap: Option<&Overlap>,
+) -> Vec<String> {
+    let mut list = doubts::of_start(model, state, "at the start");
+    list.extend(doubts::of_scene(model));
+    list.extend(doubts::quaternions(model, state));
+    let told = scene::clamped_controls(model, state) + &warning(model, method, state, limit, budget);
+    list.extend(told.lines().map(str::to_owned));
+    list.extend(overlap.map(|o| o.warning(model)));
+    list
+}
+
+/// The same for who does not run the scene here.
+#[cfg(feature = "play")]
+pub fn doubtful(model: &Model, method: &Method, state: &State) -> Vec<String> {
+    let mut recorder = Recorder::new(model);
+    recorder.sample(model, state);
+    let overlap = Overlap::find(model, recorder.contacts());
+    let (touches, budget) = (explain::touches(model, method), Budget::seconds(TRYING));
+    let limit = largest_timestep(model, method, &touches, &budget);
+    let limit = limit.filter(|(limit, _)| *limit < explain::probe::LARGEST);
+    let limit = safe(model, method, state, limit, &budget);
+    before(model, method, state, &limit, &budget, overlap.as_ref())
 }
 
 /// The largest safe timestep, s, and whose it is, where the run's own is beyond it.

@@ -60,6 +60,17 @@ impl Camera {
         self.elevation = (self.elevation - up).clamp(-MAX_ELEVATION, MAX_ELEVATION);
     }
 
+    /// Looks from higher up where the eye would be below a level floor, or nearer to it than a fiftieth of the distance.
+    ///
+    ///     z_eye = z_target − distance sin e ≥ z_floor + distance/50
+    ///
+    /// A target below the floor is lifted to it.
+    pub fn stay_above(&mut self, floor: f64) {
+        self.target.z = self.target.z.max(floor);
+        let highest = ((self.target.z - floor) / self.distance - 0.02).clamp(-1.0, 1.0).asin();
+        self.elevation = self.elevation.min(highest.max(-MAX_ELEVATION));
+    }
+
     /// Moves eye and target in the picture's plane, in parts of the picture's height.
     pub fn pan(&mut self, right: f64, up: f64) {
         let axes = self.axes();

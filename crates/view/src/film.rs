@@ -18,6 +18,8 @@ pub struct Film {
     /// Frames per second of film, and simulated seconds per second of film.
     pub fps: f64,
     pub speed: f64,
+    /// The eye stays above this height, m.
+    pub floor: Option<f64>,
     scale: Scale,
     /// Where the followed body was at first.
     anchor: Vec3,
@@ -36,7 +38,8 @@ impl Film {
         let trails = if roots.len() > TRAILS { Vec::new() } else { roots.iter().map(|&b| (b, Vec::new())).collect() };
         let anchor = follow.map_or_else(Vec3::zeros, |b| session.data.xpos[b]);
         let scale = Scale::of(&session.model);
-        Film { camera, follow, notes: Notes::default(), fps, speed, scale, anchor, filmed: 0.0, trails }
+        let floor = scene::floor(&session.model);
+        Film { camera, follow, notes: Notes::default(), fps, speed, floor, scale, anchor, filmed: 0.0, trails }
     }
 
     /// Pictures that show `duration` simulated seconds, both ends included.
@@ -64,6 +67,29 @@ impl Film {
         self.filmed += timestep;
     }
 
+    /// Takes the steps of the first `seconds` of simulated time, which are not filmed.
+    ///
+    /// Errors: as [`frame`](Film::frame).
+    pub fn skip(&mut self, seconds: f64, session: &mut Session, mut player: Option<&mut Player>) -> Result<(), String> {
+        let mut skipped = 0.0;
+        while skipped < seconds - 1e-9 * session.method.timestep && self.step(session, player.as_deref_mut())? {
+            skipped += session.method.timestep;
+        }
+        self.begin_again(session);
+        Ok(())
+    }
+
+    /// Takes one step; false where a recorded run is over.
+    fn step(&self, session: &mut Session, player: Option<&mut Player>) -> Result<bool, String> {
+        if let Some(player) = player {
+            player.feed(session)?;
+            if player.finished(session) {
+                return Ok(false);
+            }
+        }
+        session.step().map(|()| true).map_err(|error| session.failure(&error))
+    }
+
     /// Takes the steps up to a frame and draws it. A recorded run plays on through `player`.
     ///
     /// Errors: one sentence if the simulation diverges or the recorded run is damaged.
@@ -73,18 +99,8 @@ impl Film {
         session: &mut Session,
         mut player: Option<&mut Player>,
     ) -> Result<DrawList, String> {
-        while self.wants_step(index, session) {
-            if let Some(player) = player.as_deref_mut() {
-                player.feed(session)?;
-                if player.finished(session) {
-                    break;
-                }
-            }
-            let h = session.method.timestep;
-            if let Err(error) = session.step() {
-                return Err(session.failure(&error));
-            }
-            self.filmed += h;
+        while self.wants_step(index, session) && self.step(session, player.as_deref_mut())? {
+            self.filmed += session.method.timestep;
         }
         let between = 1.0 - (self.filmed - self.time(index)) / session.method.timestep;
         Ok(self.draw(session, between))
@@ -113,6 +129,9 @@ impl Film {
             let moved = pos[body] - self.anchor;
             // Height stays, so that falling and bouncing are seen.
             camera.target += Vec3::new(moved.x, moved.y, 0.0);
+        }
+        if let Some(floor) = self.floor {
+            camera.stay_above(floor);
         }
         camera
     }

@@ -13,9 +13,9 @@ pub struct Log {
     pub penny_run: u32,
     /// The scene file, as it was given.
     pub scene: String,
-    /// FNV-1a of the scene file's bytes, in hexadecimal: a replay of another scene is refused.
+    /// FNV-1a of the scene's text, in hexadecimal: a replay of another scene is refused.
     pub scene_hash: String,
-    /// The scene itself, so that the session can be played where the file is not; none of a scene that includes others.
+    /// The scene itself with all that it includes, so that the session can be played where its files are not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene_text: Option<String>,
     /// Seed of the game's pass.
@@ -112,7 +112,7 @@ impl Log {
     /// The scene that it carries, if that is what it was recorded with.
     pub fn carried(&self) -> Option<&str> {
         let text = self.scene_text.as_deref()?;
-        (hash(text.as_bytes()) == self.scene_hash && !text.contains("<include")).then_some(text)
+        (hash(text.as_bytes()) == self.scene_hash).then_some(text)
     }
 
     /// Simulated time that all steps together cover, s.

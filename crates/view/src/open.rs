@@ -14,11 +14,11 @@ use penny::{contact, integrate};
 /// A scene and the files it was read from.
 pub struct Opened {
     pub model: Model,
-    /// Hash of all its files' texts.
+    /// Hash of `text`.
     pub hash: String,
     pub files: Vec<PathBuf>,
-    /// The text of its only file.
-    pub text: Option<String>,
+    /// The scene as one file, what it includes in its place.
+    pub text: String,
     /// What the reader warns of, as `penny check` prints it; empty if there is nothing.
     pub warnings: String,
 }
@@ -36,24 +36,21 @@ pub fn open_within(path: &Path, limits: &Limits) -> Result<Opened, String> {
     Ok(opened(scene))
 }
 
-/// The scene that a text is, which includes no other files.
+/// The scene that a text is. It may include no files: who wrote it is not trusted to name any.
 ///
 /// Errors: the same report as `penny check`.
 pub fn open_text(name: &str, text: &str) -> Result<Opened, String> {
-    penny::parse(name, text).map(opened).map_err(|failure| failure.to_string())
+    let limits = Limits { includes: 0, ..Limits::default() };
+    penny::parse_within(name, text, &limits).map(opened).map_err(|failure| failure.to_string())
 }
 
 fn opened(scene: Scene) -> Opened {
     let sources = &scene.document.files;
-    let text: Vec<u8> = sources.iter().flat_map(|s| s.text.bytes()).collect();
     let files = sources.iter().map(|source| source.path.clone()).collect();
     let warnings =
         if scene.warnings.is_empty() { String::new() } else { render(&scene.document, &scene.warnings, false) };
-    let only = match &sources[..] {
-        [one] => Some(one.text.clone()),
-        _ => None,
-    };
-    Opened { warnings, model: scene.model, hash: log::hash(&text), files, text: only }
+    let text = scene.document.joined();
+    Opened { warnings, model: scene.model, hash: log::hash(text.as_bytes()), files, text }
 }
 
 /// How a scene asks to be computed.
@@ -71,8 +68,11 @@ pub fn method(model: &Model) -> Result<Method, String> {
 }
 
 /// A session of a scene as its file has it.
-pub fn session(model: Model, path: &Path, hash: String, seed: u64) -> Result<Session, String> {
+///
+/// Errors: as [`method`].
+pub fn session(opened: Opened, path: &Path, seed: u64) -> Result<Session, String> {
+    let Opened { model, hash, text, .. } = opened;
     let (method, state) = (method(&model)?, State::new(&model));
-    let source = Source { path: path.display().to_string(), hash, seed, text: None };
+    let source = Source { path: path.display().to_string(), hash, seed, text: Some(text) };
     Ok(Session::new(model, method, state, source))
 }

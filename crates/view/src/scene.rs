@@ -106,6 +106,12 @@ fn on_floor(model: &Model, pos: &Vec3) -> bool {
     model.geoms.iter().filter(|g| g.body == 0).filter(level).any(|g| (g.pos.z - pos.z).abs() < PAINT)
 }
 
+/// Height of the highest level plane of the world, m.
+pub fn floor(model: &Model) -> Option<f64> {
+    let level = |g: &&Geom| g.kind == GeomKind::Plane && g.body == 0 && (g.quat * Vec3::z()).z > 1.0 - 1e-9;
+    model.geoms.iter().filter(level).map(|g| g.pos.z).reduce(f64::max)
+}
+
 /// A geom that touches nothing marks the body's rotation itself.
 fn marker(geom: &Geom) -> bool {
     geom.contype == 0 && geom.conaffinity == 0

@@ -11,7 +11,7 @@ use super::game::report::{self, Shot};
 use super::game::{Game, Outcome};
 use super::history::History;
 use super::log::Change;
-use super::open;
+use super::open::{self, Opened};
 use super::scene;
 use super::session::{Player, Session, Source};
 use penny::contact;
@@ -35,6 +35,8 @@ pub struct Stage {
     pub player: Option<Player>,
     /// The last thing worth saying.
     pub message: String,
+    /// What is doubtful about the scene and its start, until the player has read it.
+    pub warnings: Vec<String>,
     pub pace: Pace,
     /// Where a kick goes: the last direction pushed, or into the picture.
     pub heading: Option<Vec3>,
@@ -85,6 +87,7 @@ impl Stage {
             ghost: None,
             player: None,
             message: String::new(),
+            warnings: Vec::new(),
             pace: Pace::default(),
             heading: None,
             home,
@@ -117,6 +120,22 @@ impl Stage {
         Ok(())
     }
 
+    /// Takes the steps of the first `seconds` of simulated time, which nobody looks at.
+    ///
+    /// Errors: as [`advance`](Stage::advance).
+    pub fn skip(&mut self, seconds: f64) -> Result<(), String> {
+        let mut skipped = 0.0;
+        while skipped < seconds - 1e-9 * self.session.method.timestep {
+            if !self.step() {
+                return Err(self.message.clone());
+            }
+            skipped += self.session.method.timestep;
+        }
+        self.history = History::new();
+        self.film.begin_again(&self.session);
+        Ok(())
+    }
+
     /// Plays a recorded session instead of the keyboard.
     pub fn replay(&mut self, player: Player) {
         self.game = None;
@@ -126,7 +145,8 @@ impl Stage {
 
     /// Puts another version of the scene in place of this one. What the player chose stays: camera, notes, body, and
     /// law, integrator and timestep where they differ from the old file's.
-    pub fn reload(&mut self, model: Model, hash: String) {
+    pub fn reload(&mut self, opened: Opened) {
+        let Opened { model, hash, text, .. } = opened;
         let (old, now) = (self.session.original(), self.session.method);
         let (Ok(was), Ok(mut method)) = (open::method(old), open::method(&model)) else {
             self.message = "the saved scene asks for a law or an integrator that there is not".to_owned();
@@ -141,7 +161,7 @@ impl Stage {
         if now.timestep != was.timestep {
             method.timestep = now.timestep;
         }
-        let source = Source { hash, ..self.session.source.clone() };
+        let source = Source { hash, text: Some(text), ..self.session.source.clone() };
         let state = State::new(&model);
         self.session = Session::new(model, method, state, source);
         let notes = self.film.notes;
@@ -388,9 +408,10 @@ impl Stage {
         let Some(game) = &mut self.game else { return };
         let Some(outcome) = game.watch(&self.session) else { return };
         self.message = match outcome {
-            Outcome::Goal => format!("GOAL! {} points; R for the next pass", game.worth()),
-            Outcome::Wide => "wide; R for the next pass".to_owned(),
-            Outcome::Stopped => "no goal; R for the next pass".to_owned(),
+            Outcome::Goal => format!("GOAL! {} points: the round is over; R for the next", game.worth()),
+            Outcome::Wide => "wide: the round is over; R for the next".to_owned(),
+            Outcome::Stopped if game.late(&self.session) => "time is up: the round is over; R for the next".to_owned(),
+            Outcome::Stopped => "no goal, the ball has stopped: the round is over; R for the next".to_owned(),
         };
         self.shots = report::report(game, &self.session);
     }

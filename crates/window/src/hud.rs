@@ -2,8 +2,8 @@
 
 use eframe::egui::{self, Color32, RichText};
 
-use super::App;
-use penny_view::game::{LEVELS, Outcome};
+use super::{App, keys};
+use penny_view::game::{LEVELS, Outcome, ROUND};
 
 pub fn show(app: &App, ui: &mut egui::Ui, rect: egui::Rect) {
     let ctx = ui.ctx().clone();
@@ -11,6 +11,11 @@ pub fn show(app: &App, ui: &mut egui::Ui, rect: egui::Rect) {
     if !stage.message.is_empty() {
         card(&ctx, "message", rect.left_top() + egui::vec2(12.0, 12.0), |ui| {
             ui.label(RichText::new(&stage.message).size(15.0).strong());
+        });
+    }
+    if app.hint {
+        card(&ctx, "hint", rect.left_top() + egui::vec2(12.0, 52.0), |ui| {
+            ui.label(keys::FIRST);
         });
     }
     if let Some(game) = &stage.game {
@@ -22,7 +27,9 @@ pub fn show(app: &App, ui: &mut egui::Ui, rect: egui::Rect) {
             let at = game.rules.distance(&game.rules.centre(&stage.session));
             let fair = game.rules.may_push(&game.rules.centre(&stage.session));
             let color = if fair { Color32::from_rgb(30, 120, 50) } else { Color32::from_rgb(190, 40, 40) };
-            ui.colored_label(color, format!("{at:.2} m to the line · {:.1} s", game.time(&stage.session)));
+            let place = if at < 0.0 { "past" } else { "to" };
+            let time = game.time(&stage.session).min(ROUND);
+            ui.colored_label(color, format!("{:.2} m {place} the line · {time:.1} of {ROUND} s", at.abs()));
             if let Some(best) = app.best.first() {
                 ui.weak(format!("best: {} points in {:.1} s", best.points, best.time));
             }

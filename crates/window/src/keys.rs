@@ -73,6 +73,9 @@ const BINDINGS: &[Binding] = &[
     bind(&[], "Ctrl+Q", "close", Act::Select),
 ];
 
+/// The keys that one needs first, on the first screen.
+pub const FIRST: &str = "arrows push · Shift stronger · Space kicks · C chips · R again · P pause · F1 all keys";
+
 /// What the mouse does, for the help.
 const MOUSE: &[(&str, &str)] = &[
     ("drag a body", "pull it with a spring"),
@@ -102,6 +105,7 @@ pub fn read(app: &mut App, ctx: &egui::Context) {
             }
         }
     });
+    app.hint &= held == Held::default() && pressed.is_empty();
     app.stage.hold(held);
     if let Some(n) = number(ctx) {
         app.stage.select(n);
@@ -150,6 +154,10 @@ pub fn help(app: &mut App, ctx: &egui::Context) {
                 ui.end_row();
             }
         });
+        if app.stage.game.is_some() {
+            ui.separator();
+            ui.label(penny_view::game::scoring());
+        }
     });
     app.help = open;
 }

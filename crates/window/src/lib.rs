@@ -24,6 +24,8 @@ use penny_view::stage::Stage;
 pub struct App {
     pub stage: Stage,
     pub help: bool,
+    /// The keys that one needs first are named, until one is pressed.
+    pub hint: bool,
     pub panel: bool,
     /// The plots shown, as indices into [`penny_view::history::PLOTS`].
     plots: [usize; 2],
@@ -54,6 +56,7 @@ impl App {
         App {
             stage,
             help: false,
+            hint: false,
             panel: true,
             plots: [0, 2],
             screen: view::Screen::new(),

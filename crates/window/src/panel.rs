@@ -93,12 +93,7 @@ fn physics(app: &mut App, ui: &mut egui::Ui) {
         let Some(mix) = model.mixes.first() else { return };
         let (mut solref, [mut slide, _, mut spin, mut roll, _]) = (mix.solref, mix.friction);
         let mut changed = false;
-        ui.label("solref: time");
-        changed |= ui.add(egui::Slider::new(&mut solref[0], 0.002..=0.2).logarithmic(true).suffix(" s")).changed();
-        ui.end_row();
-        ui.label("… damping ratio");
-        changed |= ui.add(egui::Slider::new(&mut solref[1], 0.05..=5.0).logarithmic(true)).changed();
-        ui.end_row();
+        changed |= springs(ui, &mut solref);
         if changed {
             changes.push(Change::Solref(solref));
         }
@@ -121,6 +116,29 @@ fn physics(app: &mut App, ui: &mut egui::Ui) {
         }
     });
     changes.into_iter().for_each(|change| stage.change(change));
+}
+
+/// Sliders of solref in the form that the scene has: time and ratio, or −k and −c for a unit of mass.
+fn springs(ui: &mut egui::Ui, solref: &mut [f64; 2]) -> bool {
+    let direct = solref[0] <= 0.0;
+    let rows: [(&str, f64, std::ops::RangeInclusive<f64>, &str); 2] = if direct {
+        [("solref: stiffness", -solref[0], 1.0..=1e6, " /s²"), ("… damping", -solref[1], 0.0..=1e4, " /s")]
+    } else {
+        [("solref: time", solref[0], 0.002..=0.2, " s"), ("… damping ratio", solref[1], 0.05..=5.0, "")]
+    };
+    let mut changed = false;
+    for (i, (name, mut value, range, unit)) in rows.into_iter().enumerate() {
+        ui.label(name);
+        let slider = egui::Slider::new(&mut value, range).logarithmic(true).smallest_positive(1e-3).suffix(unit);
+        // A number of the scene beyond the slider's ends stays what it is.
+        let slider = slider.clamping(egui::SliderClamping::Edits);
+        if ui.add(slider).changed() {
+            solref[i] = if direct { -value } else { value };
+            changed = true;
+        }
+        ui.end_row();
+    }
+    changed
 }
 
 fn speed(app: &mut App, ui: &mut egui::Ui) {

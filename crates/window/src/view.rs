@@ -116,6 +116,11 @@ fn mouse(app: &mut App, ui: &egui::Ui, response: &egui::Response) {
         let (scroll, pinch) = ui.input(|i| (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta())));
         app.stage.film.camera.zoom((-scroll * 0.0025).exp() / pinch);
     }
+    // Where the eye may not go, the mouse does not lead it.
+    let film = &mut app.stage.film;
+    if let Some(floor) = film.floor {
+        film.camera.stay_above(floor);
+    }
 }
 
 /// A body under the mouse is pulled, anything else turns the camera.

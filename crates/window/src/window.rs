@@ -10,7 +10,7 @@ use eframe::egui;
 use super::{App, Wish, free_name, say};
 use penny::mjcf::Limits;
 use penny_view::game::LEVELS;
-use penny_view::open::{self, Opened};
+use penny_view::open;
 use penny_view::stage::Stage;
 
 /// What a window is opened with.
@@ -129,8 +129,10 @@ pub fn theme(ctx: &egui::Context) {
 impl Window {
     fn new(open: Open) -> Window {
         let watched = open.files.into_iter().map(|f| (f.clone(), modified(&f))).collect();
+        let mut app = App::new(open.stage);
+        app.hint = app.stage.player.is_none();
         Window {
-            app: App::new(open.stage),
+            app,
             path: open.path,
             limits: open.limits,
             recorded: 0,
@@ -166,8 +168,8 @@ impl Window {
             Ok(opened) => {
                 self.problem = None;
                 self.keep_run();
-                self.app.stage.reload(opened.model, opened.hash);
-                self.watch(opened.files);
+                self.watch(opened.files.clone());
+                self.app.stage.reload(opened);
             }
             Err(report) => self.problem = Some(report),
         }
@@ -223,8 +225,9 @@ impl Window {
         let path = self.path.with_file_name(LEVELS[level].scene);
         let old = &self.app.stage;
         let seed = old.game.as_ref().map_or(0, |g| g.seed);
-        let opened = open::open_within(&path, &self.limits).and_then(|Opened { model, hash, files, .. }| {
-            let session = open::session(model, &path, hash, seed)?;
+        let opened = open::open_within(&path, &self.limits).and_then(|opened| {
+            let files = opened.files.clone();
+            let session = open::session(opened, &path, seed)?;
             Ok((Stage::new(session, seed, Some(level), true), files))
         });
         match opened {
@@ -261,6 +264,17 @@ impl eframe::App for Window {
         self.app.ui(ui, elapsed);
         if let Some(wish) = self.app.wish.take() {
             self.grant(wish);
+        }
+        let mut read = false;
+        if !self.app.stage.warnings.is_empty() {
+            let window = egui::Window::new("Warnings").resizable(true).default_width(560.0);
+            window.default_pos([24.0, 110.0]).show(ui.ctx(), |ui| {
+                self.app.stage.warnings.iter().for_each(|warning| drop(ui.label(warning)));
+                read = ui.button("go on").clicked();
+            });
+        }
+        if read {
+            self.app.stage.warnings.clear();
         }
         if let Some(report) = &self.problem {
             let window = egui::Window::new("The saved scene has problems; the old one goes on").resizable(true);

@@ -82,8 +82,12 @@ pub fn energy(model: &Model, first: &Sample, last: &Sample, kinetic: f64, balanc
     if !model.actuators.is_empty() {
         parts.push(format!("actuators {}", signed(balance.actuators)));
     }
-    if counts(balance.dampers) {
-        parts.push(format!("dampers {}", signed(balance.dampers)));
+    for (what, work) in
+        [("dampers", balance.dampers), ("the medium", balance.medium), ("gravity compensation", balance.lift)]
+    {
+        if counts(work) {
+            parts.push(format!("{what} {}", signed(work)));
+        }
     }
     if counts(balance.constraints) {
         let friction = if counts(balance.friction) {

@@ -45,7 +45,7 @@ impl Overlap {
     pub fn warning(&self, model: &Model) -> String {
         format!(
             "warning: {} overlap by {} at the start, {} times the radius of the smaller: their contact will throw them \
-             apart; {}\n",
+             apart; {}",
             self.names(model),
             si(self.depth, "m"),
             short(self.depth / self.size),

@@ -1,6 +1,6 @@
-//! Where a run's energy went: the work of actuators, of dampers and of contacts.
+//! Where a run's energy went: the work of actuators, dampers, the medium, gravity compensation and contacts.
 //!
-//!     E(t) − E(0) = W_actuators + W_dampers + W_constraints + drift
+//!     E(t) − E(0) = W_actuators + W_dampers + W_medium + W_lift + W_constraints + drift
 //!
 //! E is kinetic energy, weight and springs of what moves; v and v' are the velocities before and after a step.
 //!
@@ -21,6 +21,10 @@ pub struct Balance {
     pub actuators: f64,
     /// Dampers of joints.
     pub dampers: f64,
+    /// Drag of the medium, and what its wind drives.
+    pub medium: f64,
+    /// Compensation of gravity (`gravcomp`), where no actuator bears it.
+    pub lift: f64,
     /// All contacts, joint limits and dry friction.
     pub constraints: f64,
     /// Friction of contacts and dry friction of joints: the part of `constraints` that is certainly lost. From the speeds at
@@ -31,15 +35,20 @@ pub struct Balance {
     /// The integrator looks at the forces at the end of the step.
     at_end: bool,
     /// Powers at the end of the last step, where an integrator of higher order sums by them, W.
-    powers: Option<[f64; 3]>,
+    powers: Option<[f64; PARTS]>,
 }
+
+/// Parts of the sum: actuators, dampers, medium, gravity compensation, constraints.
+const PARTS: usize = 5;
 
 impl Balance {
     pub fn new(model: &Model, integrator: &Integrator) -> Balance {
-        let powers = (integrator.order > 1).then_some([0.0; 3]);
+        let powers = (integrator.order > 1).then_some([0.0; PARTS]);
         Balance {
             actuators: 0.0,
             dampers: 0.0,
+            medium: 0.0,
+            lift: 0.0,
             constraints: 0.0,
             friction: 0.0,
             before: vec![0.0; model.nv],
@@ -61,7 +70,7 @@ impl Balance {
         // A higher order has its last forces at the end of the step.
         let speed = |d: usize| if self.powers.is_some() { state.qvel[d] } else { mean(d) };
         let power = |force: &[f64]| force.iter().enumerate().map(|(d, f)| f * speed(d)).sum::<f64>();
-        let mut now = [0.0; 3];
+        let mut now = [0.0; PARTS];
         if !model.actuators.is_empty() {
             now[0] = power(&data.qfrc_actuator);
             if self.dampers_of == Dampers::JointsAndActuators && !self.at_end {
@@ -76,21 +85,32 @@ impl Balance {
             };
             now[1] = -model.dofs.iter().enumerate().map(|(d, dof)| dof.damping * acts(d) * speed(d)).sum::<f64>();
         }
+        if model.opt.medium() {
+            now[2] = power(&data.qfrc_fluid);
+        }
+        if !data.plan.gravcomp.is_empty() {
+            let borne = |d: usize| model.joints[model.dofs[d].joint].actgravcomp;
+            let own = data.qfrc_gravcomp.iter().enumerate().filter(|(d, _)| !borne(*d));
+            now[3] = own.map(|(d, f)| f * speed(d)).sum();
+        }
         if !data.contacts.is_empty() || !data.joint_rows.is_empty() {
-            now[2] = power(&data.qfrc_constraint);
+            now[4] = power(&data.qfrc_constraint);
             let dry = data.joint_rows.iter().filter(|row| row.kind == JointRowKind::DryFriction);
             self.friction += h * (contact_friction(data) + dry.map(|row| row.force * mean(row.dof)).sum::<f64>());
         }
         let work = match self.powers.replace(now) {
-            Some(last) => [0, 1, 2].map(|i| 0.5 * h * (last[i] + now[i])),
+            Some(last) => std::array::from_fn(|i| 0.5 * h * (last[i] + now[i])),
             None => {
                 self.powers = None;
                 now.map(|p| h * p)
             }
         };
-        self.actuators += work[0];
-        self.dampers += work[1];
-        self.constraints += work[2];
+        let [actuators, dampers, medium, lift, constraints] = work;
+        self.actuators += actuators;
+        self.dampers += dampers;
+        self.medium += medium;
+        self.lift += lift;
+        self.constraints += constraints;
     }
 
     /// What the velocity gains of actuators do by the velocity at the end of a step instead of that at its beginning, W.
@@ -114,7 +134,7 @@ impl Balance {
 
     /// All work that is accounted for, J.
     pub fn total(&self) -> f64 {
-        self.actuators + self.dampers + self.constraints
+        self.actuators + self.dampers + self.medium + self.lift + self.constraints
     }
 }
 

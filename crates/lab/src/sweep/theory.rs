@@ -147,7 +147,10 @@ pub const GROWS: f64 = 1.0 + 1e-12;
 /// Out: s; `None` if the integrator gives no amplification.
 pub fn limit(integrator: &Integrator, spring: &Spring) -> Option<f64> {
     let grows = |h: f64| radius(integrator, spring, h).map(|r| r > GROWS);
-    let (first, last) = (1e-4 / spring.omega, 1e4 / spring.omega);
+    // A hundredth of where a light or a heavy damper limits explicit methods, h ω = ζ and 1/ζ. Of a damper that acts both
+    // ways a smaller one costs nothing.
+    let light = if spring.approach_only { 1e-2 * spring.zeta.min(spring.zeta.recip()) } else { 0.0 };
+    let (first, last) = (light.max(1e-4) / spring.omega, 1e4 / spring.omega);
     if grows(first)? {
         return Some(0.0);
     }

@@ -31,9 +31,11 @@ pub const LEVELS: &[Level] = &[
 ];
 
 /// A round ends after this long, s.
-const ROUND: f64 = 15.0;
+pub const ROUND: f64 = 15.0;
 /// A ball slower than this after the shot has stopped, m/s.
 const STOPPED: f64 = 0.05;
+/// Points of a goal for each level, and for each metre beyond [`rules::FAIR`] at the last push.
+const POINTS: [f64; 2] = [100.0, 20.0];
 
 /// One round after another.
 #[derive(Clone, Debug)]
@@ -141,10 +143,15 @@ impl Game {
         self.rounds - u64::from(self.outcome.is_none())
     }
 
-    /// Points of a goal: 100 a level, and 20 for every metre beyond the first.
+    /// Points of a goal; [`scoring`] says how in words.
     pub fn worth(&self) -> u64 {
-        let far = (self.shot_from.unwrap_or(1.0) - 1.0).max(0.0);
-        100 * (self.level as u64 + 1) + (20.0 * far) as u64
+        let far = (self.shot_from.unwrap_or(rules::FAIR) - rules::FAIR).max(0.0);
+        (POINTS[0] * (self.level + 1) as f64 + POINTS[1] * far) as u64
+    }
+
+    /// Whether the round has lasted for its time.
+    pub fn late(&self, session: &Session) -> bool {
+        self.time(session) > ROUND
     }
 
     /// Time since the serve, s.
@@ -155,11 +162,23 @@ impl Game {
     fn stopped(&self, session: &Session, before: &Vec3, now: &Vec3) -> Option<Outcome> {
         let still = (now - before).norm() < STOPPED * session.method.timestep;
         let pushed = session.pushed(self.rules.ball) != Vec6::zeros();
-        let late = self.time(session) > ROUND;
+        let late = self.late(session);
         // A ball that has come too near to be pushed and stops there is lost as well.
         let ended = still && !pushed && (self.shot_from.is_some() || !self.rules.may_push(now));
         (late || ended).then_some(Outcome::Stopped)
     }
+}
+
+/// The rules in words, for the help.
+pub fn scoring() -> String {
+    let [level, metre] = POINTS;
+    format!(
+        "a goal: {level} points × the level (1 to {}) + {metre} for each metre beyond {} m from the line at the last push\n\
+         nothing may be pushed nearer than {} m; a round ends with the ball over the line, at rest, or after {ROUND} s",
+        LEVELS.len(),
+        rules::FAIR,
+        rules::FAIR
+    )
 }
 
 /// Random numbers from a seed: SplitMix64 (Steele, Lea, Flood 2014).
