@@ -113,6 +113,21 @@ pub enum Cone {
     Elliptic,
 }
 
+/// How a camera moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraMode {
+    /// With its body.
+    Fixed,
+    /// At a constant offset (world axes) from its body's origin, its axes as in `qpos0`.
+    Track,
+    /// The same from the centre of mass of its body and all that hangs on it.
+    TrackCom,
+    /// With its body, and it looks at the origin of the target body.
+    TargetBody,
+    /// The same at the centre of mass of the target body and all that hangs on it.
+    TargetBodyCom,
+}
+
 /// What a sensor measures; [`crate::sensors`] says how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorKind {

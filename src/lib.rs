@@ -21,6 +21,7 @@ pub mod method;
 pub mod mjcf;
 pub mod model;
 mod prepare;
+pub mod quantities;
 pub mod sensors;
 pub mod simulation;
 pub mod snapshot;

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::math::{Mat3, Quat, Vec3};
 
-pub use crate::kind::{Activation, ActuatorKind, Cone, GeomKind, JointKind, SensorKind};
+pub use crate::kind::{Activation, ActuatorKind, CameraMode, Cone, GeomKind, JointKind, SensorKind};
 
 /// A compiled scene.
 ///
@@ -76,6 +76,8 @@ pub struct Parts {
     pub geoms: Vec<Geom>,
     /// By body.
     pub sites: Vec<Site>,
+    /// By body.
+    pub cameras: Vec<Camera>,
     /// In the order of the file.
     pub actuators: Vec<Actuator>,
     /// In the order of the file.
@@ -336,6 +338,25 @@ pub struct Site {
     pub kind: Option<GeomKind>,
     /// As of a geom, m.
     pub size: Vec3,
+}
+
+/// A place from which pictures are taken. No step looks at it.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// As in the file; empty if it has none.
+    pub name: String,
+    /// The body that it belongs to.
+    pub body: usize,
+    /// Pose in the body's frame: it looks along −z, y is up in the picture.
+    pub pos: Vec3,
+    /// Orientation.
+    pub quat: Quat,
+    /// How it moves.
+    pub mode: CameraMode,
+    /// The body that it looks at, in the modes that have one.
+    pub target: Option<usize>,
+    /// Vertical field of view, rad.
+    pub fovy: f64,
 }
 
 /// A measurement, taken in every step.

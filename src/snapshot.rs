@@ -2,9 +2,9 @@
 //!
 //! | bytes | what |
 //! |---|---|
-//! | 8 | `penny\0\0` and the version of the format, 2 |
+//! | 8 | `penny\0\0` and the version of the format, 3 |
 //! | 8 | time |
-//! | 8 + 8 n | each of qpos, qvel, ctrl, act, qacc_warmstart: its length n, and its numbers |
+//! | 8 + 8 n | each of qpos, qvel, ctrl, act, qacc_warmstart, qfrc_applied: its length n, and its numbers |
 //! | 8 + 8 n | each of mocap_pos, mocap_quat: how many numbers n, and the numbers |
 //! | 8 + 48 n | xfrc_applied: the number of bodies n (or 0), six numbers each |
 //! | 8 + 72 n | warm: the number of remembered forces n; what each belongs to (three whole numbers), six numbers |
@@ -17,7 +17,7 @@ use crate::data::JointRowKind;
 use crate::math::Vec6;
 use crate::state::{Key, State, Warm};
 
-const MAGIC: [u8; 8] = *b"penny\0\0\x02";
+const MAGIC: [u8; 8] = *b"penny\0\0\x03";
 
 /// The bytes are no saved state, or not all of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,14 +47,26 @@ const KINDS: [JointRowKind; 3] = [JointRowKind::DryFriction, JointRowKind::Lower
 impl State {
     /// All of it, to be kept or sent; see [`from_bytes`](State::from_bytes).
     pub fn to_bytes(&self) -> Vec<u8> {
-        let State { time, qpos, qvel, ctrl, act, mocap_pos, mocap_quat, xfrc_applied, qacc_warmstart, warm } = self;
+        let State {
+            time,
+            qpos,
+            qvel,
+            ctrl,
+            act,
+            mocap_pos,
+            mocap_quat,
+            xfrc_applied,
+            qfrc_applied,
+            qacc_warmstart,
+            warm,
+        } = self;
         let mut bytes = MAGIC.to_vec();
         let mut whole = |n: u64, numbers: &[f64]| {
             bytes.extend(n.to_le_bytes());
             numbers.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
         };
         whole(time.to_bits(), &[]);
-        for list in [qpos, qvel, ctrl, act, qacc_warmstart] {
+        for list in [qpos, qvel, ctrl, act, qacc_warmstart, qfrc_applied] {
             whole(list.len() as u64, list);
         }
         for list in [mocap_pos.as_flattened(), mocap_quat.as_flattened()] {
@@ -89,7 +101,8 @@ impl State {
         let mut words = Words(words);
         let time = words.number()?;
         let [qpos, qvel, ctrl, act] = [words.list()?, words.list()?, words.list()?, words.list()?];
-        let [qacc_warmstart, places, turns] = [words.list()?, words.list()?, words.list()?];
+        let [qacc_warmstart, qfrc_applied] = [words.list()?, words.list()?];
+        let [places, turns] = [words.list()?, words.list()?];
         let (mocap_pos, []) = places.as_chunks() else { return Err(Damaged::Content) };
         let (mocap_quat, []) = turns.as_chunks() else { return Err(Damaged::Content) };
         let xfrc_applied =
@@ -101,7 +114,19 @@ impl State {
             return Err(Damaged::Length);
         }
         let (mocap_pos, mocap_quat) = (mocap_pos.to_vec(), mocap_quat.to_vec());
-        Ok(State { time, qpos, qvel, ctrl, act, mocap_pos, mocap_quat, xfrc_applied, qacc_warmstart, warm })
+        Ok(State {
+            time,
+            qpos,
+            qvel,
+            ctrl,
+            act,
+            mocap_pos,
+            mocap_quat,
+            xfrc_applied,
+            qfrc_applied,
+            qacc_warmstart,
+            warm,
+        })
     }
 }
 

@@ -32,6 +32,10 @@ pub struct State {
     /// Force (N) and torque (N m) on each body at its centre of mass, world axes (nbody); or empty: none.
     #[serde(with = "wrenches")]
     pub xfrc_applied: Vec<Vec6>,
+    /// Force along each dof, N or N m (nv); or empty: none. Of a free joint as in `qvel`: force at the body's origin in
+    /// world axes, torque in the body's.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub qfrc_applied: Vec<f64>,
     /// Acceleration of the last step (nv): where the `mujoco` law's solver starts. Other laws leave it alone.
     pub qacc_warmstart: Vec<f64>,
     /// Forces of contacts and joints of the last step: where the `penalty` law starts.
@@ -99,6 +103,7 @@ impl State {
             mocap_pos: model.mocap.iter().map(|&b| model.bodies[b].pos.into()).collect(),
             mocap_quat: model.mocap.iter().map(|&b| wxyz(&model.bodies[b].quat)).collect(),
             xfrc_applied: Vec::new(),
+            qfrc_applied: Vec::new(),
             qacc_warmstart: vec![0.0; model.nv],
             warm: Vec::new(),
         }
@@ -116,6 +121,7 @@ impl State {
     #[inline]
     pub fn suits(&self, model: &Model) -> Result<(), WrongState> {
         let pushes = if self.xfrc_applied.is_empty() { 0 } else { model.bodies.len() };
+        let forces = if self.qfrc_applied.is_empty() { 0 } else { model.nv };
         let lists = [
             ("qpos", self.qpos.len(), model.nq),
             ("qvel", self.qvel.len(), model.nv),
@@ -125,6 +131,7 @@ impl State {
             ("mocap_quat", self.mocap_quat.len(), model.mocap.len()),
             ("qacc_warmstart", self.qacc_warmstart.len(), model.nv),
             ("xfrc_applied", self.xfrc_applied.len(), pushes),
+            ("qfrc_applied", self.qfrc_applied.len(), forces),
         ];
         match lists.into_iter().find(|(_, has, wants)| has != wants) {
             Some((list, has, wants)) => Err(WrongState { list, has, wants }),
@@ -134,7 +141,19 @@ impl State {
 
     /// Becomes a copy of `other` without allocating anew.
     pub fn copy_from(&mut self, other: &State) {
-        let State { time, qpos, qvel, ctrl, act, mocap_pos, mocap_quat, xfrc_applied, qacc_warmstart, warm } = self;
+        let State {
+            time,
+            qpos,
+            qvel,
+            ctrl,
+            act,
+            mocap_pos,
+            mocap_quat,
+            xfrc_applied,
+            qfrc_applied,
+            qacc_warmstart,
+            warm,
+        } = self;
         *time = other.time;
         qpos.clone_from(&other.qpos);
         qvel.clone_from(&other.qvel);
@@ -143,6 +162,7 @@ impl State {
         mocap_pos.clone_from(&other.mocap_pos);
         mocap_quat.clone_from(&other.mocap_quat);
         xfrc_applied.clone_from(&other.xfrc_applied);
+        qfrc_applied.clone_from(&other.qfrc_applied);
         qacc_warmstart.clone_from(&other.qacc_warmstart);
         warm.clone_from(&other.warm);
     }

@@ -4,7 +4,7 @@ use super::frames::{self, EPS, NoDirection};
 use super::{Log, Names};
 use crate::math::{Quat, Vec3};
 use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
-use crate::model::{Body, Dof, Geom, GeomKind, Joint, JointKind, Site, Tree};
+use crate::model::{Body, Camera, Dof, Geom, GeomKind, Joint, JointKind, Site, Tree};
 
 /// The scene laid out, each item with the element it came from.
 pub struct World<'a> {
@@ -13,12 +13,14 @@ pub struct World<'a> {
     pub dofs: Vec<Dof>,
     pub geoms: Vec<Geom>,
     pub sites: Vec<Site>,
+    pub cameras: Vec<Camera>,
     pub trees: Vec<Tree>,
     pub mocap: Vec<usize>,
     pub qpos0: Vec<f64>,
     pub body_specs: Vec<&'a spec::Body>,
     pub joint_specs: Vec<&'a spec::Joint>,
     pub geom_specs: Vec<&'a spec::Geom>,
+    pub camera_specs: Vec<&'a spec::Camera>,
 }
 
 impl World<'_> {
@@ -43,15 +45,19 @@ pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {
         dofs: Vec::new(),
         geoms: Vec::new(),
         sites: Vec::new(),
+        cameras: Vec::new(),
         trees: Vec::new(),
         mocap: Vec::new(),
         qpos0: Vec::new(),
         body_specs: Vec::new(),
         joint_specs: Vec::new(),
         geom_specs: Vec::new(),
+        camera_specs: Vec::new(),
     };
     add_body(&mut world, &spec.world, 0, &spec.compiler, log);
     world.bodies[0].name = "world".into();
+    let targets: Vec<_> = world.camera_specs.iter().map(|camera| target(&world, camera, log)).collect();
+    world.cameras.iter_mut().zip(targets).for_each(|(camera, target)| camera.target = target);
     world
 }
 
@@ -106,6 +112,14 @@ fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, comp
     }
     for site in &body.sites {
         add_site(world, site, id, compiler, log);
+    }
+    for camera in &body.cameras {
+        let (pos, quat) = pose_or_report(&camera.pose, camera.node, compiler, log);
+        let name = camera.name.clone().unwrap_or_default();
+        // Which body that is shows when all bodies are there.
+        let (mode, fovy) = (camera.mode, camera.fovy.to_radians());
+        world.cameras.push(Camera { name, body: id, pos, quat, mode, target: None, fovy });
+        world.camera_specs.push(camera);
     }
     for child in &body.children {
         add_body(world, child, id, compiler, log);
@@ -315,6 +329,12 @@ fn add_site(world: &mut World, site: &spec::Site, body: usize, compiler: &spec::
     };
     let name = site.name.clone().unwrap_or_default();
     world.sites.push(Site { name, body, pos, quat, kind: site.kind, size });
+}
+
+/// The body that a camera looks at.
+fn target(world: &World, camera: &spec::Camera, log: &mut Log) -> Option<usize> {
+    let name = camera.target.as_ref()?;
+    world.body_names().find(name, camera.node, "target", log)
 }
 
 /// Pose in the body's frame, and size (m).

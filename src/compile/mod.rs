@@ -60,6 +60,7 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         dofs: world.dofs,
         geoms: world.geoms,
         sites: world.sites,
+        cameras: world.cameras,
         na: actuators.iter().filter(|a| a.act.is_some()).count(),
         actuators,
         mocap: world.mocap,

@@ -100,16 +100,20 @@ pub fn generalized(free: &FreeBody, xmat: &Mat3, acc: &Vec6) -> Vec6 {
     join(&(lin(acc) - xmat * alpha.cross(&free.com)), &alpha)
 }
 
-/// Everything that pushes the body but gravity: actuators on its joint, wrenches on it and on what is welded to it.
+/// Everything that pushes the body but gravity: actuators and forces on its joint, wrenches on it and on what is welded
+/// to it.
 ///
 /// Out: force (N, world axes) and torque about the centre of mass (N m, principal axes).
 pub fn wrench(model: &Model, tree: &Tree, free: &FreeBody, state: &State, data: &Data) -> Vec6 {
     let root = tree.bodies.start;
     let arm = data.xmat[root] * free.com;
     // Generalized forces of the joint: force at the origin (world axes), torque (body axes).
-    let q = &data.qfrc_actuator[tree.dofs.start..tree.dofs.start + 6];
-    let mut force = vec3(q);
-    let mut torque = data.xmat[root] * vec3(&q[3..]) - arm.cross(&force);
+    let mut q = Vec6::from_column_slice(&data.qfrc_actuator[tree.dofs.clone()]);
+    if !state.qfrc_applied.is_empty() {
+        q += Vec6::from_column_slice(&state.qfrc_applied[tree.dofs.clone()]);
+    }
+    let mut force = lin(&q);
+    let mut torque = data.xmat[root] * ang(&q) - arm.cross(&force);
     for b in tree.bodies.clone().take(state.xfrc_applied.len().saturating_sub(root)) {
         let applied = &state.xfrc_applied[b];
         let offset = super::xipos(model, data, b) - data.movers[root].com;

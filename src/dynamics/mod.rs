@@ -61,14 +61,15 @@ pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
 
 /// Forces and acceleration without contact.
 ///
-///     M qacc_smooth = qfrc_smooth = qfrc_passive + qfrc_actuator + Jᵀ xfrc_applied − qfrc_bias
+///     M qacc_smooth = qfrc_smooth = qfrc_passive + qfrc_actuator + qfrc_applied + Jᵀ xfrc_applied − qfrc_bias
 ///
 /// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth and, as if nothing else pushed,
 ///         qacc; vel and acc of the movers; for trees that are not free bodies also qm, qld, qfrc_bias, qfrc_smooth.
 pub fn smooth(model: &Model, state: &State, data: &mut Data) {
     passive::passive(model, &state.qpos, &state.qvel, data);
     actuation::actuate(model, state, data);
-    let pushed = !model.actuators.is_empty() || !state.xfrc_applied.is_empty();
+    let applied = !state.xfrc_applied.is_empty() || !state.qfrc_applied.is_empty();
+    let pushed = !model.actuators.is_empty() || applied;
     let gravity = gravity(model);
     for (t, tree) in model.trees.iter().enumerate() {
         match &tree.free {
@@ -95,6 +96,9 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
     }
     for d in dofs.clone() {
         data.qfrc_smooth[d] = data.qfrc_passive[d] + data.qfrc_actuator[d] - data.qfrc_bias[d];
+    }
+    if !state.qfrc_applied.is_empty() {
+        dofs.clone().for_each(|d| data.qfrc_smooth[d] += state.qfrc_applied[d]);
     }
     for b in bodies.clone().take(state.xfrc_applied.len().saturating_sub(bodies.start)) {
         actuation::apply(model, b, &state.xfrc_applied[b], data);

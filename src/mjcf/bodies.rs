@@ -41,8 +41,7 @@ impl Reader<'_> {
                 // It holds a frame for each replica.
                 "replicate" => self.children(child, body, context),
                 "site" => body.sites.extend(self.site(child, context)),
-                // Not used, but what its class says of it is checked.
-                "camera" => drop(self.item(child, "body", context.class)),
+                "camera" => body.cameras.extend(self.camera(child, context)),
                 "inertial" | "joint" | "freejoint" if context.depth == 0 => {
                     let element = self.document.node(child).name.clone();
                     let kind = ProblemKind::NotInWorld { element };
@@ -285,6 +284,20 @@ impl Reader<'_> {
             fromto: item.optional("fromto"),
             size: item.array("size"),
         })
+    }
+
+    fn camera(&mut self, node: NodeId, context: &Context) -> Option<Camera> {
+        let item = self.item(node, "body", context.class)?;
+        let mode = match item.word("mode") {
+            "track" => CameraMode::Track,
+            "trackcom" => CameraMode::TrackCom,
+            "targetbody" => CameraMode::TargetBody,
+            "targetbodycom" => CameraMode::TargetBodyCom,
+            _ => CameraMode::Fixed,
+        };
+        let target = item.given("target").then(|| item.word("target").to_owned());
+        let pose = item.pose(context.frames);
+        Some(Camera { node, name: item.name(), mode, target, fovy: item.number("fovy"), pose })
     }
 
     /// The shape; `None` for one that Penny lacks, which is an error unless the geom is only there to be seen.

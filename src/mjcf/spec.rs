@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::document::NodeId;
-pub use crate::kind::{Activation, ActuatorKind, Cone, GeomKind, JointKind, SensorKind};
+pub use crate::kind::{Activation, ActuatorKind, CameraMode, Cone, GeomKind, JointKind, SensorKind};
 
 #[derive(Clone, Debug)]
 pub struct Spec {
@@ -76,6 +76,7 @@ pub struct Body {
     pub joints: Vec<Joint>,
     pub geoms: Vec<Geom>,
     pub sites: Vec<Site>,
+    pub cameras: Vec<Camera>,
     /// Child bodies in file order. `<frame>` elements are already gone: their poses are in `Pose::frames`.
     pub children: Vec<Body>,
     pub mocap: bool,
@@ -180,6 +181,17 @@ pub struct Site {
     pub pose: Pose,
     pub fromto: Option<[f64; 6]>,
     pub size: [f64; 3],
+}
+
+#[derive(Clone, Debug)]
+pub struct Camera {
+    pub node: NodeId,
+    pub name: Option<String>,
+    pub mode: CameraMode,
+    pub target: Option<String>,
+    /// Degrees.
+    pub fovy: f64,
+    pub pose: Pose,
 }
 
 /// An element of `<sensor>`.

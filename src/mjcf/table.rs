@@ -356,13 +356,23 @@ pub const SCHEMA: &[Element] = &[
         ],
     )
     .and("group rgba"),
-    silent(
+    element(
         "camera",
         WITH_DEFAULT,
-        "focal focalpixel fovy ipd mode output pos principal principalpixel projection quat axisangle xyaxes zaxis \
-         euler resolution sensorsize",
+        &[
+            &[
+                name("camera"),
+                class("class"),
+                keyword("mode", &["fixed", "track", "trackcom", "targetbody", "targetbodycom"], "fixed"),
+                reference("target", "body"),
+                number("fovy", "45", "degrees").positive(),
+                POS,
+            ],
+            ORIENTATION,
+            &[user()],
+        ],
     )
-    .typed(&[&[name("camera"), class("class"), reference("target", "body"), user()]]),
+    .and("focal focalpixel ipd output principal principalpixel projection resolution sensorsize"),
     silent(
         "light",
         WITH_DEFAULT,

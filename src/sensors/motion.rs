@@ -23,6 +23,14 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// Velocities and accelerations at a state that `data` was computed for.
+    pub fn of(model: &Model, state: &State, data: &Data) -> Motion {
+        let mut motion = Motion::default();
+        motion.velocities(model, state, data);
+        motion.accelerations(model, state, data);
+        motion
+    }
+
     /// Computes as much as the scene's sensors need.
     pub fn update(&mut self, model: &Model, law: &Law, state: &State, data: &Data) {
         use SensorKind::*;

@@ -24,6 +24,7 @@ const LAYERS: &[&str] = &[
     "dynamics",
     "contact",
     "sensors",
+    "quantities",
     "prepare",
     "method",
     "diverged",

@@ -1,6 +1,6 @@
 //! The eye: orbit, pan, zoom and follow around a point, in MuJoCo's angles.
 
-use penny::math::Vec3;
+use penny::math::{Mat3, Vec3};
 
 /// A camera that looks at `target` from `distance`.
 ///
@@ -20,6 +20,8 @@ pub struct Camera {
     pub elevation: f64,
     /// Vertical field of view, rad.
     pub fovy: f64,
+    /// How far the eye leans to the right about its line of sight, rad.
+    pub roll: f64,
 }
 
 impl Default for Camera {
@@ -30,6 +32,7 @@ impl Default for Camera {
             azimuth: 125f64.to_radians(),
             elevation: (-18f64).to_radians(),
             fovy: 40f64.to_radians(),
+            roll: 0.0,
         }
     }
 }
@@ -50,8 +53,27 @@ impl Camera {
         let (sa, ca) = self.azimuth.sin_cos();
         let (se, ce) = self.elevation.sin_cos();
         let forward = Vec3::new(ce * ca, ce * sa, se);
-        let right = Vec3::new(sa, -ca, 0.0);
-        Axes { eye: self.target - forward * self.distance, right, up: right.cross(&forward), forward }
+        let level = Vec3::new(sa, -ca, 0.0);
+        let upright = level.cross(&forward);
+        let (sr, cr) = self.roll.sin_cos();
+        let (right, up) = (level * cr - upright * sr, upright * cr + level * sr);
+        Axes { eye: self.target - forward * self.distance, right, up, forward }
+    }
+
+    /// The camera at `eye` whose axes (columns) are right, up and against the line of sight, with its target `distance`
+    /// before it.
+    pub fn at(eye: &Vec3, axes: &Mat3, distance: f64, fovy: f64) -> Camera {
+        let [right, up] = [0, 1].map(|i| axes.column(i).into_owned());
+        let forward = -axes.column(2).into_owned();
+        let level = forward.x.hypot(forward.y);
+        // Straight up or down any azimuth will do: that of no roll.
+        let azimuth = if level > 1e-9 { forward.y.atan2(forward.x) } else { right.x.atan2(-right.y) };
+        let elevation = forward.z.atan2(level);
+        let mut camera =
+            Camera { target: eye + forward * distance, distance, azimuth, elevation, fovy, ..Camera::default() };
+        let upright = camera.axes();
+        camera.roll = up.dot(&upright.right).atan2(right.dot(&upright.right));
+        camera
     }
 
     /// Turns around the target; positive numbers move the eye to the right and up. rad.

@@ -1,0 +1,308 @@
+"""MuJoCo's names for drawing, over Penny's own painter: no GPU, no display.
+
+What is drawn is Penny's picture of the scene: the same poses and cameras as MuJoCo's, other materials and light.
+"""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+
+from ._enums import mjtCamera, mjtFontScale, mjtObj, mjtRndFlag, mjtVisFlag
+from ._penny import MjData, MjModel, _framing, _paint, mj_name2id
+
+
+class MjvCamera:
+    """From where a picture is taken: a free camera about `lookat`, one that tracks a body, or one of the scene's."""
+
+    def __init__(self):
+        self.type = mjtCamera.mjCAMERA_FREE
+        self.fixedcamid = self.trackbodyid = -1
+        self._lookat = np.zeros(3)
+        self.distance, self.azimuth, self.elevation = 2.0, 90.0, -45.0
+        self.orthographic = 0
+
+    @property
+    def lookat(self):
+        return self._lookat
+
+    @lookat.setter
+    def lookat(self, value):
+        self._lookat[:] = value
+
+
+class MjvOption:
+    """What is shown: `geomgroup`, and of `flags` contact points and contact forces."""
+
+    def __init__(self):
+        self.geomgroup = np.array([1, 1, 1, 0, 0, 0], dtype=np.uint8)
+        self.flags = np.zeros(len(mjtVisFlag.__members__), dtype=np.uint8)
+        self.label = self.frame = 0
+
+
+class MjvPerturb:
+    """What a mouse holds: nothing, in a picture."""
+
+    def __init__(self):
+        self.active = self.select = 0
+
+
+class MjvGeom:
+    """A geom of a scene that was added by hand. Penny keeps and does not draw it."""
+
+    def __init__(self):
+        self.type, self.objtype, self.objid, self.category, self.segid = 0, 0, -1, 0, -1
+        self.size, self.pos, self.mat = np.zeros(3), np.zeros(3), np.eye(3)
+        self.rgba = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
+        self.label = ""
+
+
+class MjvScene:
+    """What the next picture shows: data and camera, taken by `mjv_updateScene`."""
+
+    def __init__(self, model: MjModel | None = None, maxgeom: int = 1000):
+        self.maxgeom, self.ngeom = maxgeom, 0
+        self.flags = np.zeros(len(mjtRndFlag.__members__), dtype=np.uint8)
+        self._model, self._data, self._camera, self._option = model, None, None, None
+        self._geoms = None
+
+    @property
+    def geoms(self):
+        if self._geoms is None:
+            self._geoms = [MjvGeom() for _ in range(self.maxgeom)]
+        return self._geoms
+
+
+class MjrRect:
+    """A rectangle of pixels."""
+
+    def __init__(self, left: int, bottom: int, width: int, height: int):
+        self.left, self.bottom, self.width, self.height = left, bottom, width, height
+
+
+class MjrContext:
+    """Where pictures are kept between `mjr_render` and `mjr_readPixels`."""
+
+    def __init__(self, model: MjModel | None = None, fontscale: int = 0):
+        self.offWidth = model.vis.global_.offwidth if model else 640
+        self.offHeight = model.vis.global_.offheight if model else 480
+        self.currentBuffer = 1
+        self._picture = None
+
+    def free(self):
+        self._picture = None
+
+
+def mjv_defaultCamera(cam: MjvCamera) -> None:
+    """The camera as it was made."""
+    cam.__init__()
+
+
+def mjv_defaultFreeCamera(m: MjModel, cam: MjvCamera) -> None:
+    """A free camera that shows the whole model."""
+    cam.__init__()
+    cam.lookat, cam.distance = m.stat.center, 1.5 * m.stat.extent
+    cam.azimuth, cam.elevation = m.vis.global_.azimuth, m.vis.global_.elevation
+
+
+def mjv_defaultOption(opt: MjvOption) -> None:
+    """The option as it was made."""
+    opt.__init__()
+
+
+def mjv_defaultPerturb(pert: MjvPerturb) -> None:
+    """The perturbation as it was made."""
+    pert.__init__()
+
+
+def mjv_initGeom(geom: MjvGeom, type, size=None, pos=None, mat=None, rgba=None) -> None:
+    """Sets a geom that is added by hand."""
+    geom.type = int(type)
+    for name, value in (("size", size), ("pos", pos), ("rgba", rgba)):
+        if value is not None:
+            setattr(geom, name, np.array(value, dtype=float))
+    if mat is not None:
+        geom.mat = np.reshape(mat, (3, 3))
+
+
+def mjv_updateScene(m, d, opt, pert, cam, catmask, scn) -> None:
+    """Takes camera and options for the next picture. Data are looked at when it is drawn."""
+    scn._model, scn._data, scn._camera, scn._option = m, d, copy.deepcopy(cam), copy.deepcopy(opt)
+
+
+def _place(m: MjModel, d: MjData, cam: MjvCamera):
+    """Where a camera is, as the painter wants it."""
+    kind = int(cam.type)
+    if kind == mjtCamera.mjCAMERA_FIXED:
+        if not 0 <= cam.fixedcamid < m.ncam:
+            raise ValueError(f"camera id {cam.fixedcamid} is out of range [0, {m.ncam})")
+        return int(cam.fixedcamid)
+    if kind not in (mjtCamera.mjCAMERA_FREE, mjtCamera.mjCAMERA_TRACKING):
+        raise NotImplementedError(f"Penny has no camera type {kind}")
+    lookat = cam.lookat
+    if kind == mjtCamera.mjCAMERA_TRACKING:
+        if not 0 <= cam.trackbodyid < m.nbody:
+            raise ValueError(f"body id {cam.trackbodyid} is out of range [0, {m.nbody})")
+        lookat = d.subtree_com[cam.trackbodyid]
+    return [*map(float, lookat), cam.distance, cam.azimuth, cam.elevation, m.vis.global_.fovy]
+
+
+def _picture(m, d, width, height, cam, opt):
+    contacts = bool(opt.flags[mjtVisFlag.mjVIS_CONTACTPOINT] or opt.flags[mjtVisFlag.mjVIS_CONTACTFORCE])
+    return _paint(d, width, height, _place(m, d, cam), [bool(g) for g in opt.geomgroup], contacts)
+
+
+def mjr_setBuffer(framebuffer, con) -> None:
+    """There is one buffer only, off the screen."""
+    con.currentBuffer = int(framebuffer)
+
+
+def mjr_resizeOffscreen(width, height, con) -> None:
+    """Pictures have any size."""
+    con.offWidth, con.offHeight = width, height
+
+
+def mjr_render(viewport: MjrRect, scn: MjvScene, con: MjrContext) -> None:
+    """Draws the scene."""
+    if scn._data is None:
+        raise ValueError("mjr_render before mjv_updateScene: there is nothing to draw")
+    if scn.flags[mjtRndFlag.mjRND_SEGMENT]:
+        raise NotImplementedError("Penny draws no segmentation")
+    con._picture = _picture(scn._model, scn._data, viewport.width, viewport.height, scn._camera, scn._option)
+
+
+def mjr_readPixels(rgb, depth, viewport: MjrRect, con: MjrContext) -> None:
+    """The picture that `mjr_render` drew, rows from the bottom as in OpenGL."""
+    if depth is not None:
+        raise NotImplementedError("Penny draws no depth")
+    if con._picture is None:
+        raise ValueError("mjr_readPixels before mjr_render: there is no picture")
+    if rgb is not None:
+        np.copyto(rgb.reshape(con._picture.shape), con._picture[::-1])
+
+
+def mjr_overlay(font, gridpos, viewport, overlay, overlay2, con) -> None:
+    """Text over a picture: Penny draws none."""
+
+
+class Renderer:
+    """Pictures of a scene as arrays (height, width, 3), uint8.
+
+    with Renderer(m, 480, 640) as renderer:
+        renderer.update_scene(d, camera="side")
+        pixels = renderer.render()
+    """
+
+    def __init__(self, model: MjModel, height: int = 240, width: int = 320, max_geom: int = 10000,
+                 font_scale: mjtFontScale = mjtFontScale.mjFONTSCALE_150):  # fmt: skip
+        for name, asked, most in (
+            ("width", width, model.vis.global_.offwidth),
+            ("height", height, model.vis.global_.offheight),
+        ):
+            if asked > most:
+                raise ValueError(
+                    f"Image {name} {asked} > framebuffer {name} {most}. Either reduce the image {name} or write "
+                    f'<visual><global off{name}="{asked}"/></visual> into the scene, or set '
+                    f"model.vis.global_.off{name}."
+                )
+        self._model, self._height, self._width = model, height, width
+        self._scene = MjvScene(model, max_geom)
+        self._closed = False
+
+    @property
+    def model(self) -> MjModel:
+        return self._model
+
+    @property
+    def scene(self) -> MjvScene:
+        return self._scene
+
+    @property
+    def height(self) -> int:
+        return self._height
+
+    @property
+    def width(self) -> int:
+        return self._width
+
+    def enable_depth_rendering(self):
+        raise NotImplementedError("Penny draws no depth")
+
+    def enable_segmentation_rendering(self):
+        raise NotImplementedError("Penny draws no segmentation")
+
+    def disable_depth_rendering(self):
+        """There is none."""
+
+    def disable_segmentation_rendering(self):
+        """There is none."""
+
+    def update_scene(self, data: MjData, camera=-1, scene_option: MjvOption | None = None) -> None:
+        """What the next picture shows.
+
+        In: a camera of the scene by name or number, −1 for a free one that shows all, or an `MjvCamera`.
+        """
+        if not isinstance(camera, MjvCamera):
+            number = camera
+            if isinstance(camera, str):
+                number = mj_name2id(self._model, mjtObj.mjOBJ_CAMERA, camera)
+                if number == -1:
+                    raise ValueError(f'The camera "{camera}" does not exist.')
+            if not -1 <= number < self._model.ncam:
+                raise ValueError(f"The camera id {number} is out of range [-1, {self._model.ncam}).")
+            camera = MjvCamera()
+            if number == -1:
+                mjv_defaultFreeCamera(self._model, camera)
+            else:
+                camera.type, camera.fixedcamid = mjtCamera.mjCAMERA_FIXED, number
+        option = scene_option or MjvOption()
+        mjv_updateScene(self._model, data, option, None, camera, None, self._scene)
+
+    def render(self, *, out: np.ndarray | None = None) -> np.ndarray:
+        """The picture, into `out` if that is given."""
+        if self._closed:
+            raise RuntimeError("render cannot be called after close.")
+        scene = self._scene
+        if scene._data is None:
+            raise RuntimeError("render before update_scene: there is nothing to draw")
+        shape = (self._height, self._width, 3)
+        if out is not None and out.shape != shape:
+            raise ValueError(f"Expected `out.shape == {shape}`. Got `out.shape={out.shape}` instead.")
+        pixels = _picture(self._model, scene._data, self._width, self._height, scene._camera, scene._option)
+        if out is None:
+            return pixels
+        np.copyto(out, pixels, casting="unsafe")
+        return out
+
+    def close(self) -> None:
+        self._closed = True
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+
+def snapshot(d: MjData, width: int = 640, height: int = 400, camera=None, contacts: bool = False) -> np.ndarray:
+    """A picture (height, width, 3) of the data: all that moves, or from a camera of the scene, by name or number."""
+    where = _framing(d) if camera is None else int(d.model.camera(camera).id)
+    return _paint(d, width, height, list(where) if camera is None else where, [True] * 6, contacts)
+
+
+def png(pixels: np.ndarray) -> bytes:
+    """A picture (height, width, 3), uint8, as the bytes of a PNG file."""
+    import struct
+    import zlib
+
+    height, width, _ = pixels.shape
+    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)
+    rows[:, 1:] = pixels.reshape(height, -1)
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    body = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(b"IEND", b"")
+    return b"\x89PNG\r\n\x1a\n" + body

@@ -1,0 +1,87 @@
+"""Columns of numbers and names, as results of sweeps and rollouts."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+
+class Table(Mapping):
+    """Columns by name, all of one length: `pandas.DataFrame(table)`, `pyarrow.table(table)`, `pyplot.plot(table["x"])`."""
+
+    def __init__(self, columns: Mapping):
+        self._columns = {name: np.asarray(values) for name, values in columns.items()}
+        if len({len(c) for c in self._columns.values()}) > 1:
+            raise ValueError("columns differ in length")
+
+    @classmethod
+    def of_rows(cls, rows: list[dict]) -> Table:
+        """A column for every key; NaN where a row lacks a number, an empty string where it lacks a name."""
+        names = list(dict.fromkeys(name for row in rows for name in row))
+
+        def column(name):
+            text = any(isinstance(row.get(name), str) for row in rows)
+            return np.array([row.get(name, "" if text else np.nan) for row in rows])
+
+        return cls({name: column(name) for name in names})
+
+    @classmethod
+    def joined(cls, tables: list[Table]) -> Table:
+        """One below the other."""
+        names = list(tables[0]) if tables else []
+        return cls({name: np.concatenate([table[name] for table in tables]) for name in names})
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def rows(self) -> list[dict]:
+        """A dictionary for each row."""
+        return [dict(zip(self._columns, values)) for values in zip(*(c.tolist() for c in self._columns.values()))]
+
+    def to_pandas(self):
+        """A `pandas.DataFrame`; needs pandas."""
+        import pandas
+
+        return pandas.DataFrame(self._columns)
+
+    def to_arrow(self):
+        """A `pyarrow.Table`; needs pyarrow."""
+        import pyarrow
+
+        return pyarrow.table(self._columns)
+
+    def __eq__(self, other) -> bool:
+        return (
+            isinstance(other, Table)
+            and list(self) == list(other)
+            and all(_same(self[name], other[name]) for name in self)
+        )
+
+    __hash__ = None
+
+    def __repr__(self) -> str:
+        n = len(next(iter(self._columns.values()), ()))
+        return f"<penny.Table of {n} rows: {', '.join(self._columns)}>"
+
+    def _repr_html_(self, most: int = 20) -> str:
+        """The first rows."""
+        rows = self.rows
+        cell = lambda x: html.escape(f"{x:.6g}" if isinstance(x, float) else str(x))  # noqa: E731
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in self)
+        body = "".join("<tr>" + "".join(f"<td>{cell(x)}</td>" for x in row.values()) + "</tr>" for row in rows[:most])
+        more = f"<p>{len(rows) - most} more rows</p>" if len(rows) > most else ""
+        return f"<table><tr>{head}</tr>{body}</table>{more}"
+
+
+def _same(a: np.ndarray, b: np.ndarray) -> bool:
+    """The same bits: NaN equals NaN."""
+    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()

@@ -1,0 +1,54 @@
+"""What pictures need of a model: `m.vis`, `m.stat`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+class _Global:
+    """`<visual><global>`: what Penny's pictures use of it."""
+
+    __slots__ = ("azimuth", "elevation", "fovy", "offheight", "offwidth")
+
+    def __init__(self, given):
+        self.offwidth, self.offheight = int(given.get("offwidth", 640)), int(given.get("offheight", 480))
+        self.fovy = float(given.get("fovy", 45.0))
+        self.azimuth, self.elevation = float(given.get("azimuth", 90.0)), float(given.get("elevation", -45.0))
+
+
+class MjVisual:
+    """MuJoCo's `MjVisual`, as far as Penny's pictures have it."""
+
+    __slots__ = ("global_",)
+
+    def __init__(self, given=()):
+        self.global_ = _Global(dict(given))
+
+
+class MjStatistic:
+    """What pictures are scaled by: size and centre of the model in `qpos0`, m, from `<statistic>` where the file has them.
+
+    Otherwise both are Penny's own measure: those of the box that holds the spheres about all geoms.
+    """
+
+    __slots__ = ("center", "extent")
+
+    def __init__(self, model, given=()):
+        from ._penny import MjData
+
+        data = MjData(model)
+        radius = model.geom_rbound
+        low = np.full(3, np.inf)
+        high = -low
+        for place, r in zip(data.geom_xpos, radius):
+            if r > 0:
+                low, high = np.minimum(low, place - r), np.maximum(high, place + r)
+        if not np.isfinite(low).all():
+            low, high = -np.ones(3), np.ones(3)
+        self.center = 0.5 * (low + high)
+        self.extent = max(float((high - low).max()), 1e-5)
+        given = dict(given)
+        if "extent" in given:
+            self.extent = float(given["extent"])
+        if "center" in given:
+            self.center = np.array([float(x) for x in given["center"].split()])

@@ -1,0 +1,400 @@
+//! `MjModel`: the compiled scene under MuJoCo's names.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use penny::forward::Method;
+use penny::mjcf;
+use penny::model::Model;
+use pyo3::exceptions::{PyAttributeError, PyIndexError, PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::model_fields::{FIELDS, SIZES};
+use crate::option::MjOption;
+use crate::values::Values;
+
+/// A compiled scene, under MuJoCo's names. `MjModel.from_xml_path` and `MjModel.from_xml_string` make one.
+///
+/// Arrays are NumPy's, with MuJoCo's shapes. What is written into one takes effect at the next step, under every contact
+/// law, and what follows from it is found anew, as if `mj_setConst` had been called. Arrays that cannot be changed without
+/// compiling a new scene (kinds, ids, numbers of things) are read-only.
+#[pyclass(name = "MjModel", module = "penny", weakref)]
+pub struct MjModel {
+    pub model: Arc<Model>,
+    pub method: Method,
+    pub opt: Py<MjOption>,
+    /// The file, its text, and what it says of pictures.
+    pub source: Arc<Source>,
+    /// By field: what was asked for.
+    arrays: Vec<Option<Values>>,
+    /// Fields that somebody may write, and the numbers that the model has there.
+    watched: Vec<(usize, Vec<f64>)>,
+    stat: Option<Py<PyAny>>,
+    vis: Option<Py<PyAny>>,
+}
+
+/// Where a scene comes from.
+pub struct Source {
+    pub name: String,
+    /// The main file first.
+    pub files: Vec<(String, String)>,
+    /// Warnings, as text.
+    pub warnings: String,
+    /// Attributes of `<visual><global>`.
+    pub global: Vec<(String, String)>,
+    /// Those of `<statistic>`.
+    pub statistic: Vec<(String, String)>,
+}
+
+/// A failure of reading as Python's: the text shows every problem with its place.
+pub fn scene_error(py: Python, failure: &mjcf::Failure) -> PyErr {
+    let text = failure.to_string();
+    match crate::tools::scene_error_type(py) {
+        Ok(kind) => {
+            let problems = crate::tools::problems(py, &failure.document, &failure.problems);
+            match problems.and_then(|problems| kind.call1((text.trim_end(), problems))) {
+                Ok(error) => PyErr::from_value(error),
+                Err(error) => error,
+            }
+        }
+        Err(error) => error,
+    }
+}
+
+fn index_of(name: &str) -> Option<usize> {
+    static BY_NAME: OnceLock<HashMap<&'static str, usize>> = OnceLock::new();
+    BY_NAME.get_or_init(|| FIELDS.iter().enumerate().map(|(i, f)| (f.name, i)).collect()).get(name).copied()
+}
+
+impl MjModel {
+    pub fn new(py: Python, scene: penny::Scene) -> PyResult<MjModel> {
+        let document = &scene.document;
+        let attributes = |n: &mjcf::NodeId| {
+            let list = document.node(*n).attributes.iter();
+            list.map(|a| (a.name.clone(), a.value.clone())).collect::<Vec<_>>()
+        };
+        let mut global = Vec::new();
+        let root = document.root().map(|root| document.node(root).children.clone()).unwrap_or_default();
+        for part in root.iter().filter(|n| document.node(**n).name == "visual") {
+            for child in document.node(*part).children.iter().filter(|n| document.node(**n).name == "global") {
+                global.extend(attributes(child));
+            }
+        }
+        let statistic = root.iter().filter(|n| document.node(**n).name == "statistic").flat_map(attributes).collect();
+        let source = Source {
+            name: scene.model.name.clone(),
+            files: document.files.iter().map(|f| (f.name.clone(), f.text.clone())).collect(),
+            warnings: mjcf::render(document, &scene.warnings, false),
+            global,
+            statistic,
+        };
+        MjModel::of(py, scene.model, Arc::new(source), None)
+    }
+
+    pub fn of(py: Python, model: Model, source: Arc<Source>, opt: Option<&MjOption>) -> PyResult<MjModel> {
+        let mut method = Method::of(&model);
+        // Whoever imports this module as `mujoco` expects MuJoCo's law; `opt.law` has the others.
+        method.contact = penny::contact::by_name("mujoco").unwrap_or(penny::contact::default());
+        let opt = match opt {
+            Some(opt) => {
+                method = opt.method;
+                opt.copy(py)?
+            }
+            None => MjOption::of(py, &model, method)?,
+        };
+        Ok(MjModel {
+            model: Arc::new(model),
+            method,
+            opt: Py::new(py, opt)?,
+            source,
+            arrays: FIELDS.iter().map(|_| None).collect(),
+            watched: Vec::new(),
+            stat: None,
+            vis: None,
+        })
+    }
+
+    /// Takes up what was written into the arrays and `opt`.
+    ///
+    /// Errors: `ValueError` for what the scene cannot be; the array then has the old numbers again.
+    pub fn sync(&mut self, py: Python) -> PyResult<()> {
+        let opt = self.opt.clone_ref(py);
+        let mut opt = opt.borrow_mut(py);
+        if opt.changed(py) {
+            opt.apply(py, &mut self.model, &mut self.method)?;
+        }
+        if !self.watched.is_empty() {
+            self.take_up(py)?;
+        }
+        Ok(())
+    }
+
+    fn take_up(&mut self, py: Python) -> PyResult<()> {
+        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        let mut changes: Vec<(usize, usize, Vec<f64>)> = Vec::new();
+        let mut written = Vec::new();
+        let arrays = &self.arrays;
+        self.watched.retain(|(field, before)| {
+            let Some(array) = &arrays[*field] else { return false };
+            let now = array.read(py);
+            if !same(&now, before) {
+                let width = before.len() / FIELDS[*field].per.rows(&self.model).max(1);
+                for (i, (now, before)) in now.chunks(width).zip(before.chunks(width)).enumerate() {
+                    if !same(now, before) {
+                        changes.push((*field, i, now.to_vec()));
+                    }
+                }
+                written.push(*field);
+            }
+            // Nobody can write what nobody holds.
+            array.held(py)
+        });
+        if changes.is_empty() {
+            return Ok(());
+        }
+        let mut refused = None;
+        let result = Arc::make_mut(&mut self.model).edit(|parts| {
+            for (field, row, values) in &changes {
+                let Some(set) = FIELDS[*field].set else { continue };
+                if let Err(why) = set(parts, *row, values) {
+                    refused.get_or_insert(format!("{}[{row}]: {why}", FIELDS[*field].name));
+                }
+            }
+        });
+        // What is derived follows, and where nothing was taken the old numbers are back.
+        for (field, array) in self.arrays.iter().enumerate() {
+            if let Some(array) = array.as_ref() {
+                array.write(py, &FIELDS[field].numbers(&self.model));
+            }
+        }
+        let model = &self.model;
+        for (field, before) in &mut self.watched {
+            *before = FIELDS[*field].numbers(model);
+        }
+        let names = || written.iter().map(|f| FIELDS[*f].name).collect::<Vec<_>>().join(", ");
+        result.map_err(|why| PyValueError::new_err(format!("{}: {why}", names())))?;
+        refused.map_or(Ok(()), |why| Err(PyValueError::new_err(why)))
+    }
+
+    /// The array of a field.
+    fn array<'py>(&mut self, py: Python<'py>, i: usize) -> PyResult<Bound<'py, PyAny>> {
+        let field = &FIELDS[i];
+        let array = match &self.arrays[i] {
+            Some(array) => array,
+            None => {
+                let values = field.numbers(&self.model);
+                let array = Values::new(py, field.kind, &values, &field.shape(&self.model))?;
+                if field.set.is_none() {
+                    array.lock(py)?;
+                }
+                self.arrays[i].insert(array)
+            }
+        };
+        if field.set.is_some() && !self.watched.iter().any(|(of, _)| *of == i) {
+            self.watched.push((i, array.read(py)));
+        }
+        Ok(array.object(py).into_any())
+    }
+
+    /// The model itself.
+    pub fn model_of(slf: &Bound<MjModel>) -> Py<MjModel> {
+        slf.clone().unbind()
+    }
+
+    /// The names of all things of a kind.
+    pub fn names(&self, kind: &str) -> Option<Vec<&str>> {
+        let m = &self.model;
+        fn list<T>(of: &[T], name: fn(&T) -> &String) -> Option<Vec<&str>> {
+            Some(of.iter().map(|x| name(x).as_str()).collect())
+        }
+        match kind {
+            "body" => {
+                let mut names = list(&m.bodies, |b| &b.name);
+                if let Some(world) = names.as_mut().and_then(|n| n.first_mut()) {
+                    *world = "world";
+                }
+                names
+            }
+            "jnt" => list(&m.joints, |j| &j.name),
+            "geom" => list(&m.geoms, |g| &g.name),
+            "site" => list(&m.sites, |s| &s.name),
+            "actuator" => list(&m.actuators, |a| &a.name),
+            "sensor" => list(&m.sensors, |s| &s.name),
+            "key" => list(&m.keyframes, |k| &k.name),
+            "cam" => list(&m.cameras, |c| &c.name),
+            _ => None,
+        }
+    }
+
+    /// The number of a thing, given by it or by its name.
+    ///
+    /// Errors: `KeyError`, `IndexError`.
+    pub fn find(&self, kind: &str, which: &Bound<PyAny>) -> PyResult<usize> {
+        let names = self.names(kind).unwrap_or_default();
+        if let Ok(name) = which.extract::<String>() {
+            return names.iter().position(|n| **n == name && !name.is_empty()).ok_or_else(|| {
+                let hint = mjcf::nearest(&name, names.iter().copied()).map(|n| format!(" Did you mean '{n}'?"));
+                let valid: Vec<_> = names.iter().filter(|n| !n.is_empty()).map(|n| format!("'{n}'")).collect();
+                let valid = valid.join(", ");
+                let hint = hint.unwrap_or_default();
+                PyKeyError::new_err(format!("Invalid name '{name}'.{hint} Valid names: [{valid}]"))
+            });
+        }
+        let i: isize = which.extract()?;
+        let n = names.len() as isize;
+        if !(0..n).contains(&i) {
+            return Err(PyIndexError::new_err(format!("Invalid index {i}. Valid indices from 0 to {}", n - 1)));
+        }
+        Ok(i as usize)
+    }
+}
+
+/// Reads an editable array's value from whatever was assigned: NumPy does the work, and complains.
+pub fn assign(array: &Bound<PyAny>, value: &Bound<PyAny>) -> PyResult<()> {
+    array.set_item(array.py().Ellipsis(), value)
+}
+
+#[pymethods]
+impl MjModel {
+    /// Reads and compiles a file.
+    ///
+    /// Errors: `penny.SceneError` (a `ValueError`) with every problem of the file, each with its place.
+    #[staticmethod]
+    #[pyo3(signature = (filename, assets=None))]
+    fn from_xml_path(py: Python, filename: std::path::PathBuf, assets: Option<&Bound<PyDict>>) -> PyResult<MjModel> {
+        no_assets(assets)?;
+        let scene = py.detach(|| penny::load(Path::new(&filename)));
+        MjModel::new(py, scene.map_err(|failure| scene_error(py, &failure))?)
+    }
+
+    /// The same from text.
+    #[staticmethod]
+    #[pyo3(signature = (xml, assets=None))]
+    fn from_xml_string(py: Python, xml: &str, assets: Option<&Bound<PyDict>>) -> PyResult<MjModel> {
+        no_assets(assets)?;
+        let scene = py.detach(|| penny::parse("scene.xml", xml));
+        MjModel::new(py, scene.map_err(|failure| scene_error(py, &failure))?)
+    }
+
+    /// Options: timestep, gravity, integrator, Penny's contact law `law` …
+    #[getter]
+    fn opt(&self, py: Python) -> Py<MjOption> {
+        self.opt.clone_ref(py)
+    }
+
+    /// What pictures are scaled by: `extent` and `center`, of `<statistic>` or Penny's own measure.
+    #[getter]
+    fn stat(slf: &Bound<MjModel>) -> PyResult<Py<PyAny>> {
+        let py = slf.py();
+        if let Some(stat) = &slf.borrow().stat {
+            return Ok(stat.clone_ref(py));
+        }
+        let given = slf.borrow().source.statistic.clone();
+        let stat = py.import("penny._visual")?.getattr("MjStatistic")?.call1((slf, given))?.unbind();
+        slf.borrow_mut().stat = Some(stat.clone_ref(py));
+        Ok(stat)
+    }
+
+    /// What pictures look like: `vis.global_` with `offwidth`, `offheight`, `fovy`.
+    #[getter]
+    fn vis(slf: &Bound<MjModel>) -> PyResult<Py<PyAny>> {
+        let py = slf.py();
+        if let Some(vis) = &slf.borrow().vis {
+            return Ok(vis.clone_ref(py));
+        }
+        let global = slf.borrow().source.global.clone();
+        let vis = py.import("penny._visual")?.getattr("MjVisual")?.call1((global,))?.unbind();
+        slf.borrow_mut().vis = Some(vis.clone_ref(py));
+        Ok(vis)
+    }
+
+    /// What is valid in the file but probably not meant, as text; empty if there is nothing.
+    #[getter]
+    fn warnings(&self) -> String {
+        self.source.warnings.clone()
+    }
+
+    /// The contact law that the scene itself names, or `None`.
+    #[getter]
+    fn scene_law(&self) -> Option<String> {
+        self.model.contact_law().map(str::to_owned)
+    }
+
+    fn __getattr__(&mut self, py: Python, name: &str) -> PyResult<Py<PyAny>> {
+        if let Some(i) = index_of(name) {
+            return Ok(self.array(py, i)?.unbind());
+        }
+        if let Some((_, size)) = SIZES.iter().find(|(size, _)| *size == name) {
+            return Ok(size(&self.model).into_pyobject(py)?.into_any().unbind());
+        }
+        Err(lacking("MjModel", name, FIELDS.iter().map(|f| f.name)))
+    }
+
+    fn __setattr__(slf: &Bound<MjModel>, name: &str, value: &Bound<PyAny>) -> PyResult<()> {
+        let py = slf.py();
+        if let Some(i) = index_of(name) {
+            let array = slf.borrow_mut().array(py, i)?;
+            return assign(&array, value);
+        }
+        if slf.hasattr(name)? {
+            return Err(PyAttributeError::new_err(format!("`{name}` of MjModel cannot be set")));
+        }
+        Err(lacking("MjModel", name, FIELDS.iter().map(|f| f.name)))
+    }
+
+    fn __dir__(slf: &Bound<MjModel>) -> PyResult<Vec<String>> {
+        let own = slf.get_type().dir()?.iter().map(|n| n.extract()).collect::<PyResult<Vec<String>>>()?;
+        let fields = FIELDS.iter().map(|f| f.name).chain(SIZES.iter().map(|(name, _)| *name));
+        Ok(own.into_iter().chain(fields.map(str::to_owned)).collect())
+    }
+
+    fn __copy__(slf: &Bound<MjModel>) -> PyResult<MjModel> {
+        let py = slf.py();
+        let mut this = slf.borrow_mut();
+        this.sync(py)?;
+        let opt = this.opt.borrow(py);
+        MjModel::of(py, (*this.model).clone(), this.source.clone(), Some(&opt))
+    }
+
+    fn __deepcopy__(slf: &Bound<MjModel>, _memo: &Bound<PyAny>) -> PyResult<MjModel> {
+        MjModel::__copy__(slf)
+    }
+
+    /// The text of the scene, and what was changed since.
+    fn __reduce__<'py>(slf: &Bound<'py, MjModel>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("penny._pickle")?.getattr("reduce_model")?.call1((slf,))
+    }
+
+    /// The files of the scene as they were read: (name, text), the main file first.
+    #[getter]
+    fn files(&self) -> Vec<(String, String)> {
+        self.source.files.clone()
+    }
+
+    fn __repr__(&self) -> String {
+        let m = &self.model;
+        let name = if m.name.is_empty() { "without a name" } else { &m.name };
+        let (bodies, nv, geoms) = (m.bodies.len() - 1, m.nv, m.geoms.len());
+        format!("<penny.MjModel {name}: {bodies} bodies, {nv} degrees of freedom, {geoms} geoms>")
+    }
+}
+
+fn no_assets(assets: Option<&Bound<PyDict>>) -> PyResult<()> {
+    match assets {
+        Some(assets) if !assets.is_empty() => Err(pyo3::exceptions::PyNotImplementedError::new_err(
+            "`assets`: Penny reads included files from their folder; it has no meshes or textures",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// An attribute that there is not, with the nearest that there is.
+pub fn lacking<'a>(class: &str, name: &str, known: impl Iterator<Item = &'a str>) -> PyErr {
+    let hint = match mjcf::nearest(name, known) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "MuJoCo may have it, Penny has not".to_owned(),
+    };
+    PyAttributeError::new_err(format!("{class} has no attribute `{name}`: {hint}"))
+}

@@ -1,0 +1,133 @@
+//! Pictures of a scene, drawn on the CPU by `penny-view`.
+
+use numpy::{PyArray3, PyArrayMethods};
+use penny::data::Data;
+use penny::math::Vec3;
+use penny::model::GeomKind;
+use penny::quantities;
+use penny_view::camera::Camera;
+use penny_view::paint;
+use penny_view::scene::{self, Scale};
+use penny_view::session::Poses;
+use penny_view::video;
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::data::{Core, MjData};
+
+/// Where a picture is taken from: a camera of the scene, or lookat (m), distance (m), azimuth, elevation and vertical
+/// field of view (degrees).
+#[derive(FromPyObject)]
+pub enum From {
+    Camera(usize),
+    Free([f64; 7]),
+}
+
+fn poses(core: &Core) -> Poses {
+    Poses { pos: core.data.xpos.clone(), quat: core.data.xquat.clone() }
+}
+
+fn eye(core: &Core, from: &From) -> PyResult<Camera> {
+    match *from {
+        From::Camera(i) => {
+            let Some(camera) = core.model.cameras.get(i) else {
+                return Err(PyIndexError::new_err(format!("camera {i}: there are {}", core.model.cameras.len())));
+            };
+            let (pos, axes) = quantities::camera(&core.model, &Data::new(&core.model), &core.data, i);
+            // How far it looks decides about grid and haze: to where the scene is.
+            let distance = (scene::framing(&core.model, &poses(core)).target - pos).norm().max(0.1);
+            Ok(Camera::at(&pos, &axes, distance, camera.fovy))
+        }
+        From::Free([x, y, z, distance, azimuth, elevation, fovy]) => {
+            if !(distance > 0.0 && fovy > 0.0 && fovy < 180.0) {
+                return Err(PyValueError::new_err(
+                    "a camera has a distance above 0 m and a fovy between 0 and 180 degrees",
+                ));
+            }
+            let [azimuth, elevation, fovy] = [azimuth, elevation, fovy].map(f64::to_radians);
+            Ok(Camera { target: Vec3::new(x, y, z), distance, azimuth, elevation, fovy, ..Camera::default() })
+        }
+    }
+}
+
+/// A picture of the scene as it was at the last step or `mj_forward`: (height, width, 3), uint8, rows from the top.
+///
+/// In: the groups of geoms to be seen; whether contact points and forces are shown.
+#[pyfunction]
+#[pyo3(signature = (d, width, height, camera, groups, contacts))]
+pub fn _paint<'py>(
+    py: Python<'py>,
+    d: &Bound<'py, MjData>,
+    width: usize,
+    height: usize,
+    camera: From,
+    groups: Vec<bool>,
+    contacts: bool,
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    if width == 0 || height == 0 || width.saturating_mul(height) > 1 << 26 {
+        return Err(PyValueError::new_err(format!("a picture of {width} × {height} pixels")));
+    }
+    let data = d.borrow();
+    let core = &data.core;
+    let camera = eye(core, &camera)?;
+    let rgb = py.detach(|| {
+        let mut list = scene::draw(&core.model, &poses(core), camera);
+        let seen = |group: i32| usize::try_from(group).ok().and_then(|g| groups.get(g)).copied().unwrap_or(true);
+        let of = |planes: bool| core.model.geoms.iter().filter(move |g| (g.kind == GeomKind::Plane) == planes);
+        let [mut floors, mut things] =
+            [true, false].map(|p| of(p).map(|g| seen(g.group)).collect::<Vec<_>>().into_iter());
+        list.floors.retain(|_| floors.next().unwrap_or(true));
+        list.things.retain(|_| things.next().unwrap_or(true));
+        if contacts {
+            scene::contacts(&mut list, &core.data, &Scale::of(&core.model));
+        }
+        let image = paint::paint(&list, width, height, 1);
+        image.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect::<Vec<u8>>()
+    });
+    numpy::PyArray1::from_vec(py, rgb).reshape([height, width, 3])
+}
+
+/// A camera that shows all that moves: lookat (m), distance (m), azimuth, elevation, vertical field of view (degrees).
+#[pyfunction]
+pub fn _framing(d: &Bound<MjData>) -> [f64; 7] {
+    let data = d.borrow();
+    let Camera { target, distance, azimuth, elevation, fovy, .. } =
+        scene::framing(&data.core.model, &poses(&data.core));
+    let [azimuth, elevation, fovy] = [azimuth, elevation, fovy].map(f64::to_degrees);
+    [target.x, target.y, target.z, distance, azimuth, elevation, fovy]
+}
+
+/// Writes pictures, each (height, width, 3) and uint8, as a video: .gif, .apng, .png (the last one), and with ffmpeg .mp4
+/// and .webm.
+#[pyfunction]
+#[pyo3(signature = (path, frames, fps=None))]
+pub fn save_video(
+    path: std::path::PathBuf,
+    frames: Vec<numpy::PyReadonlyArray3<u8>>,
+    fps: Option<f64>,
+) -> PyResult<()> {
+    let wrong = |why: String| PyValueError::new_err(why);
+    let Some((height, width, _)) = frames.first().map(|f| f.as_array().dim()) else {
+        return Err(wrong("no pictures".into()));
+    };
+    let fps = match fps {
+        Some(fps) if !(fps > 0.0 && fps.is_finite()) => return Err(wrong("fps is above zero".into())),
+        Some(fps) => fps,
+        None => video::Format::of(&path).map_err(wrong)?.usual_fps(),
+    };
+    let shape = video::Shape { width, height, fps, frames: frames.len() };
+    let mut file = video::Video::create(&path, shape).map_err(wrong)?;
+    for frame in &frames {
+        let pixels = frame.as_array();
+        if pixels.dim() != (height, width, 3) {
+            return Err(wrong("all pictures are (height, width, 3), and of one size".into()));
+        }
+        let mut image = paint::Image::new(width, height);
+        let colours = pixels.iter().copied().collect::<Vec<u8>>();
+        for (to, from) in image.rgba.chunks_exact_mut(4).zip(colours.chunks_exact(3)) {
+            to[..3].copy_from_slice(from);
+        }
+        file.push(&image).map_err(wrong)?;
+    }
+    file.finish().map_err(wrong)
+}
