@@ -1,6 +1,6 @@
 """Scenario 4 of the course: the MuJoCo disk, from the tutorial's own file, under three contact laws.
 
-    python examples/disk.py [picture.png]
+python examples/disk.py [picture.png]
 """
 
 import sys

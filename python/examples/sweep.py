@@ -1,6 +1,6 @@
 """The same sweep here, on two processes, on Dask and on Ray: the same table, bit for bit.
 
-    python examples/sweep.py [here|processes|dask|ray]
+python examples/sweep.py [here|processes|dask|ray]
 """
 
 import sys

@@ -7,9 +7,9 @@
     mujoco.mj_step(m, d, nstep=1000)
     print(d.qpos, d.body("ball").xpos)
 
-Penny's own: `m.opt.law` chooses the contact law ('mujoco', the default here; 'penalty'; 'tutorial'), `Simulation` is one
-way in, `check` lists the problems of a scene, `explain` says what its contacts mean, `compare` runs it beside MuJoCo,
-`sweep` and `rollout` run it many times, here or on a cluster.
+Penny's own: `m.opt.law` chooses the contact law ('mujoco', the default here; 'penalty'; 'tutorial'), `Simulation` is
+one way in, `check` lists the problems of a scene, `explain` says what its contacts mean, `compare` runs it beside
+MuJoCo, `sweep` and `rollout` run it many times, here or on a cluster.
 What MuJoCo has and Penny has not is an `AttributeError` or a `NotImplementedError` that names it.
 """
 
@@ -17,41 +17,17 @@ from . import _enums, _penny, _render, rollout, viewer
 from ._enums import *  # noqa: F403
 from ._errors import FatalError, Problem, SceneError, StepError
 from ._penny import *  # noqa: F403
-from ._render import (
-    MjrContext,
-    MjrRect,
-    MjvCamera,
-    MjvGeom,
-    MjvOption,
-    MjvPerturb,
-    MjvScene,
-    Renderer,
-    mjr_overlay,
-    mjr_readPixels,
-    mjr_render,
-    mjr_resizeOffscreen,
-    mjr_setBuffer,
-    mjv_defaultCamera,
-    mjv_defaultFreeCamera,
-    mjv_defaultOption,
-    mjv_defaultPerturb,
-    mjv_initGeom,
-    mjv_updateScene,
-    png,
-    snapshot,
-)
+from ._render import *  # noqa: F403
 from ._simulation import Simulation, Trajectory
 from ._state import mj_getState, mj_setState, mj_stateSize
 from ._sweep import compare, set_parameter, sweep
 from ._table import Table
 from ._visual import MjStatistic, MjVisual
 
-# The version of MuJoCo whose names and numbers these are, and Penny's own.
-mj_version_string = "4.0.0"
-__version__ = f"{mj_version_string}+penny.0.1.0"
-
-mjMINVAL, mjPI, mjMAXVAL, mjNREF, mjNIMP = 1e-15, 3.141592653589793, 1e10, 2, 5
 mjVERSION_HEADER = 4000000
+mjMINVAL, mjPI, mjMAXVAL, mjNREF, mjNIMP = 1e-15, 3.141592653589793, 1e10, 2, 5
+# The version of MuJoCo whose names and numbers these are, and Penny's own.
+__version__ = "4.0.0+penny.0.1.0"
 
 
 def mj_version() -> int:
@@ -61,7 +37,7 @@ def mj_version() -> int:
 
 def mj_versionString() -> str:
     """The same as text."""
-    return mj_version_string
+    return "4.0.0"
 
 
 def __getattr__(name: str):
@@ -69,9 +45,25 @@ def __getattr__(name: str):
 
 
 __all__ = [
-    "FatalError", "Simulation", "Table", "Trajectory", "compare", "set_parameter", "sweep", "MjStatistic", "MjVisual", "Problem", "SceneError", "StepError", "mj_getState", "mj_setState",
-    "mj_stateSize", "mj_version", "mj_versionString",
-    "Renderer", "png", "snapshot",
-    *(name for module in (_enums, _penny, _render) for name in dir(module)
-      if name.startswith(("mj", "Mj", "check", "explain", "save_video"))),
-]  # fmt: skip
+    "FatalError",
+    "MjStatistic",
+    "MjVisual",
+    "Problem",
+    "SceneError",
+    "Simulation",
+    "StepError",
+    "Table",
+    "Trajectory",
+    "compare",
+    "mj_getState",
+    "mj_setState",
+    "mj_stateSize",
+    "mj_version",
+    "mj_versionString",
+    "rollout",
+    "set_parameter",
+    "sweep",
+    "viewer",
+    *_render.__all__,
+    *(n for module in (_enums, _penny) for n in dir(module) if n.startswith(("mj", "Mj", "check", "explain", "save_"))),
+]

@@ -6,7 +6,6 @@ Members are whole numbers: they compare, add and index as such.
 from enum import IntEnum
 
 
-
 class mjtObj(IntEnum):
     """MuJoCo's `mjtObj`."""
 

@@ -31,10 +31,7 @@ def reduce_model(model):
 
 def load_model(files, arrays, options) -> MjModel:
     """The model of `reduce_model`."""
-    if len(files) == 1:
-        model = MjModel.from_xml_string(files[0][1])
-    else:
-        model = _with_includes(files)
+    model = MjModel.from_xml_string(files[0][1]) if len(files) == 1 else _with_includes(files)
     for name, value in arrays.items():
         if (getattr(model, name) != value).any():
             setattr(model, name, value)

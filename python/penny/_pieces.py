@@ -1,7 +1,7 @@
 """Work in small pieces: on any executor, written as it comes, taken up again where it stopped.
 
-An executor is any `concurrent.futures.Executor`, a Dask client (`distributed.Client`), or the module `ray`. None of them
-is a dependency, and there is no scheduler here: pieces are handed out, and what comes back is written.
+An executor is any `concurrent.futures.Executor`, a Dask client (`distributed.Client`), or the module `ray`. None of
+them is a dependency, and there is no scheduler here: pieces are handed out, and what comes back is written.
 """
 
 from __future__ import annotations

@@ -12,6 +12,30 @@ import numpy as np
 from ._enums import mjtCamera, mjtFontScale, mjtObj, mjtRndFlag, mjtVisFlag
 from ._penny import MjData, MjModel, _framing, _paint, mj_name2id
 
+__all__ = [
+    "MjrContext",
+    "MjrRect",
+    "MjvCamera",
+    "MjvGeom",
+    "MjvOption",
+    "MjvPerturb",
+    "MjvScene",
+    "Renderer",
+    "mjr_overlay",
+    "mjr_readPixels",
+    "mjr_render",
+    "mjr_resizeOffscreen",
+    "mjr_setBuffer",
+    "mjv_defaultCamera",
+    "mjv_defaultFreeCamera",
+    "mjv_defaultOption",
+    "mjv_defaultPerturb",
+    "mjv_initGeom",
+    "mjv_updateScene",
+    "png",
+    "snapshot",
+]
+
 
 class MjvCamera:
     """From where a picture is taken: a free camera about `lookat`, one that tracks a body, or one of the scene's."""
@@ -173,9 +197,14 @@ def mjr_render(viewport: MjrRect, scn: MjvScene, con: MjrContext) -> None:
 
 
 def mjr_readPixels(rgb, depth, viewport: MjrRect, con: MjrContext) -> None:
-    """The picture that `mjr_render` drew, rows from the bottom as in OpenGL."""
+    """The picture that `mjr_render` drew, rows from the bottom as in OpenGL.
+
+    Penny draws no depth: beside a picture it is NaN everywhere, alone it is an error.
+    """
     if depth is not None:
-        raise NotImplementedError("Penny draws no depth")
+        if rgb is None:
+            raise NotImplementedError("Penny draws no depth")
+        depth.fill(np.nan)
     if con._picture is None:
         raise ValueError("mjr_readPixels before mjr_render: there is no picture")
     if rgb is not None:

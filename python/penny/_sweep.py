@@ -27,8 +27,8 @@ def _portable(scene) -> tuple:
 
 
 def set_parameter(sim: Simulation, name: str, value) -> None:
-    """Sets what a name says: an option ('law', 'timestep', 'gravity' …), or a number of a thing of the scene or its start
-    ('geom.ball.friction', 'joint.x.qvel', 'actuator.motor.ctrl').
+    """Sets what a name says: an option ('law', 'timestep', 'gravity' …), or a number of a thing of the scene or its
+    start ('geom.ball.friction', 'joint.x.qvel', 'actuator.motor.ctrl').
 
     Errors: `AttributeError`, `KeyError` for what there is not.
     """
@@ -52,7 +52,11 @@ def outcome(sim: Simulation) -> dict[str, float]:
     sim.forward()
     potential, kinetic = sim.energy
     depth = max([0.0, *(-sim.data.contact.dist)]) if sim.data.ncon else 0.0
-    return {**{f"qpos{i}": float(q) for i, q in enumerate(sim.data.qpos)}, "energy": potential + kinetic, "depth": depth}
+    return {
+        **{f"qpos{i}": float(q) for i, q in enumerate(sim.data.qpos)},
+        "energy": potential + kinetic,
+        "depth": depth,
+    }
 
 
 def _cell(scene: tuple, time: float, settings: list[dict], measure) -> Table:
@@ -88,18 +92,16 @@ def sweep(
 
         penny.sweep("ball.xml", {"law": ["penalty", "mujoco"], "timestep": [1e-3, 2e-3], "geom.ball.friction": [...]})
 
-    In: `scene` as for `Simulation.of`; `grid`, values by name, see `set_parameter`; `time`, s; `measure`, what is written
-    down of each run at its end, a dictionary; `executor`, `out`, `resume`, see `penny._pieces.run`; `piece`, runs that go
-    to a worker together. Out: the settings, `failed` (why a run stopped, else empty), and what was measured. The result is
-    the same, bit for bit, whatever the executor.
+    In: `scene` as for `Simulation.of`; `grid`, values by name, see `set_parameter`; `time`, s; `measure`, what is
+    written down of each run at its end, a dictionary; `executor`, `out`, `resume`, see `penny._pieces.run`; `piece`,
+    runs that go to a worker together. Out: the settings, `failed` (why a run stopped, else empty), and what was
+    measured. The result is the same, bit for bit, whatever the executor.
     """
     settings = [dict(zip(grid, values)) for values in itertools.product(*grid.values())]
     portable = _portable(scene)
     groups = [settings[i : i + piece] for i in range(0, len(settings), piece)]
     pieces = [(portable, time, group, measure) for group in groups]
-    tables = _pieces.run(
-        _cell, pieces, executor=executor, out=out, resume=resume, retries=retries, progress=progress
-    )
+    tables = _pieces.run(_cell, pieces, executor=executor, out=out, resume=resume, retries=retries, progress=progress)
     return Table.of_rows([row for table in tables for row in table.rows])
 
 
@@ -116,8 +118,8 @@ def _worlds(scene: tuple, first: int, initial, control, nstep: int) -> Table:
     }
     names = ["time", *(f"qpos{i}" for i in range(model.nq)), *(f"qvel{i}" for i in range(model.nv)),
              *(f"act{i}" for i in range(model.na))]  # fmt: skip
-    columns |= dict(zip(names, states.reshape(-1, states.shape[-1]).T))
-    columns |= {f"sensor{i}": s for i, s in enumerate(sensors.reshape(-1, sensors.shape[-1]).T)}
+    columns |= dict(zip(names, states.reshape(worlds * steps, -1).T))
+    columns |= {f"sensor{i}": sensors[:, :, i].ravel() for i in range(sensors.shape[-1])}
     return Table({name: np.ascontiguousarray(c) for name, c in columns.items()})
 
 
@@ -137,8 +139,8 @@ def rollout_table(
     """Trajectories of many worlds as a table, in pieces of so many worlds on any executor.
 
     In: `scene` as for `Simulation.of`, `initial_state` (worlds, nstate) and `control` (worlds, nstep, nu) as for
-    `penny.rollout.rollout`; the rest as for `sweep`. Out: `world`, `step`, `time`, qpos, qvel, act and sensor values after
-    each step.
+    `penny.rollout.rollout`; the rest as for `sweep`. Out: `world`, `step`, `time`, qpos, qvel, act and sensor values
+    after each step.
     """
     portable = _portable(scene)
     model = portable[0](*portable[1])
@@ -155,17 +157,15 @@ def rollout_table(
     for i in range(0, len(initial), piece):
         part = None if control is None else np.ascontiguousarray(control[i : i + piece])
         pieces.append((portable, i, np.ascontiguousarray(initial[i : i + piece]), part, steps))
-    tables = _pieces.run(
-        _worlds, pieces, executor=executor, out=out, resume=resume, retries=retries, progress=progress
-    )
+    tables = _pieces.run(_worlds, pieces, executor=executor, out=out, resume=resume, retries=retries, progress=progress)
     return Table.joined(tables)
 
 
 def compare(scene, *, time: float = 1.0, law: str = "mujoco", exact: bool = True, every: int = 1) -> Table:
     """The scene beside the real MuJoCo, which has to be installed: a row for each output, with both qpos.
 
-    In: a path or text; `exact`, solver tolerance 0 in both. Out: `time`, `difference` (the largest of any qpos), `penny0`
-    … and `mujoco0` ….
+    In: a path or text; `exact`, solver tolerance 0 in both. Out: `time`, `difference` (the largest of any qpos),
+    `penny0` … and `mujoco0` ….
     """
     import mujoco
 

@@ -9,7 +9,8 @@ import numpy as np
 
 
 class Table(Mapping):
-    """Columns by name, all of one length: `pandas.DataFrame(table)`, `pyarrow.table(table)`, `pyplot.plot(table["x"])`."""
+    """Columns by name, all of one length: `pandas.DataFrame(table)`, `pyarrow.table(table)`,
+    `pyplot.plot(table["x"])`."""
 
     def __init__(self, columns: Mapping):
         self._columns = {name: np.asarray(values) for name, values in columns.items()}

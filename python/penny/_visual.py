@@ -26,7 +26,8 @@ class MjVisual:
 
 
 class MjStatistic:
-    """What pictures are scaled by: size and centre of the model in `qpos0`, m, from `<statistic>` where the file has them.
+    """What pictures are scaled by: size and centre of the model in `qpos0`, m, from `<statistic>` where the file has
+    them.
 
     Otherwise both are Penny's own measure: those of the box that holds the spheres about all geoms.
     """

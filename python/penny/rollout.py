@@ -11,7 +11,7 @@ import numpy as np
 
 from penny._enums import mjtState
 from penny._penny import MjModel, _rollout
-from penny._state import mj_stateSize
+from penny._state import mj_getState, mj_stateSize
 
 
 class Rollout:
@@ -39,7 +39,9 @@ class Rollout:
         """See `penny.rollout.rollout`."""
         if not self._open:
             raise RuntimeError("rollout requested after thread pool shutdown")
-        return _run(model, initial_state, control, control_spec, nstep, initial_warmstart, state, sensordata, self.nthread)
+        return _run(
+            model, data, initial_state, control, control_spec, nstep, initial_warmstart, state, sensordata, self.nthread
+        )
 
 
 def rollout(
@@ -60,14 +62,15 @@ def rollout(
     """Open-loop trajectories of many worlds on all cores; the same bits on any number of threads.
 
     In: a model, or one for each world; `initial_state` (nbatch or 1, nstate) with nstate = mj_stateSize(FULLPHYSICS);
-    `control` (nbatch or 1, nstep or 1, ncontrol), what `control_spec` says: a sum of `mjtState` bits; `data` (as many as
-    MuJoCo takes threads) are not touched. Out: states (nbatch, nstep, nstate) and sensor values (nbatch, nstep,
-    nsensordata) after each step. A world that fails stays where it is, with a warning that names it.
+    `control` (nbatch or 1, nstep or 1, ncontrol), what `control_spec` says: a sum of `mjtState` bits; `data` (as many
+    as MuJoCo takes threads) are not touched; without `control` theirs count. Out: states (nbatch, nstep, nstate) and
+    sensor values (nbatch, nstep, nsensordata) after each step. A world that fails stays where it is, with a warning
+    that names it.
 
     Errors: `ValueError` for shapes that do not fit.
     """
     threads = len(data) if isinstance(data, (list, tuple)) and len(data) > 1 else 0
-    return _run(model, initial_state, control, control_spec, nstep, initial_warmstart, state, sensordata, threads)
+    return _run(model, data, initial_state, control, control_spec, nstep, initial_warmstart, state, sensordata, threads)
 
 
 def _with_dimensions(array, n: int, name: str):
@@ -92,7 +95,7 @@ def _length(axis: int, given: int | None, **arrays) -> int:
     return lengths.pop() if lengths else 1
 
 
-def _run(model, initial, control, spec, nstep, warm, state, sensordata, threads):
+def _run(model, data, initial, control, spec, nstep, warm, state, sensordata, threads):
     models = [model] if isinstance(model, MjModel) else list(model)
     spec = int(spec)
     if spec & ~int(mjtState.mjSTATE_USER):
@@ -100,13 +103,23 @@ def _run(model, initial, control, spec, nstep, warm, state, sensordata, threads)
     if nstep is not None and (isinstance(nstep, bool) or not isinstance(nstep, (int, np.integer)) or nstep < 0):
         raise ValueError("nstep must be a non-negative integer")
     first = models[0]
+    if control is None and data is not None:
+        # As in MuJoCo what is not given stays as it is in the data.
+        control = np.zeros(mj_stateSize(first, spec))
+        mj_getState(first, data[0] if isinstance(data, (list, tuple)) else data, control, spec)
     initial, warm = _with_dimensions(initial, 2, "initial_state"), _with_dimensions(warm, 2, "initial_warmstart")
     control = _with_dimensions(control, 3, "control")
     for name, out in (("state", state), ("sensordata", sensordata)):
         if out is not None and (not isinstance(out, np.ndarray) or out.ndim != 3):
             raise ValueError(f"{name} should be an array of 3 dimensions")
     nbatch = _length(
-        0, len(models), initial_state=initial, initial_warmstart=warm, control=control, state=state, sensordata=sensordata
+        0,
+        len(models),
+        initial_state=initial,
+        initial_warmstart=warm,
+        control=control,
+        state=state,
+        sensordata=sensordata,
     )
     steps = _length(1, nstep, control=control, state=state, sensordata=sensordata)
     if nstep is not None:

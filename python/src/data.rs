@@ -377,7 +377,7 @@ impl MjData {
 
     fn __dir__(slf: &Bound<MjData>) -> PyResult<Vec<String>> {
         let own = slf.get_type().dir()?.iter().map(|n| n.extract()).collect::<PyResult<Vec<String>>>()?;
-        let fields = FIELDS.iter().map(|f| f.name).chain(LISTS);
+        let fields = LISTS.iter().copied();
         Ok(own.into_iter().chain(fields.map(str::to_owned)).collect())
     }
 

@@ -354,10 +354,8 @@ pub const FIELDS: &[Field] = &[
         |m, i| v3(&m.joints[i].axis),
         |m, i, v| {
             let axis = vec3(v);
-            if !(axis.norm() > penny::math::MIN_VAL) {
-                return Err("an axis of a joint has a direction");
-            }
-            m.joints[i].axis = axis.normalize();
+            let unit = axis.try_normalize(penny::math::MIN_VAL).ok_or("an axis of a joint has a direction")?;
+            m.joints[i].axis = unit;
             Ok(())
         },
     ),
@@ -842,8 +840,11 @@ fn spring(m: &Model, i: usize) -> f64 {
     m.joints.iter().find(|j| j.qposadr == i && j.kind.nv() == 1).map_or(m.qpos0[i], |j| j.springref)
 }
 
+/// A name, and how many there are.
+type Size = (&'static str, fn(&Model) -> usize);
+
 /// How many there are of what.
-pub const SIZES: &[(&str, fn(&Model) -> usize)] = &[
+pub const SIZES: &[Size] = &[
     ("nq", |m| m.nq),
     ("nv", |m| m.nv),
     ("nu", |m| m.actuators.len()),

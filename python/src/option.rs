@@ -80,7 +80,6 @@ const NAMES: &[&str] = &[
     "enableflags",
     "law",
     "solver",
-    "jacobian",
 ];
 
 impl MjOption {

@@ -47,8 +47,10 @@ def test_every_array_has_mujocos_numbers(random_state):
 def test_contacts(random_state):
     md, pd = random_state.md, random_state.pd
     assert pd.ncon == len(pd.contact) == md.ncon
-    for name in ("dist", "pos", "frame", "includemargin", "friction", "solref", "solimp", "dim", "geom1", "geom2", "geom",
-                 "exclude", "efc_address"):  # fmt: skip
+    for name in (
+        "dist", "pos", "frame", "includemargin", "friction", "solref", "solimp", "dim", "geom1", "geom2", "geom",
+        "exclude", "efc_address",
+    ):  # fmt: skip
         assert close(getattr(pd.contact, name), getattr(md.contact, name), 1e-8), name
     for i in range(md.ncon):
         ours, theirs = np.zeros(6), np.zeros(6)

@@ -66,10 +66,20 @@ def test_things_by_name(pair):
 
 
 # What a write does is what the same number in the file does.
-BALL = """<mujoco><option timestep="0.002"/><worldbody><geom name="floor" type="plane" size="1 1 1" friction="0.1 0.005 0.0001"/>
-<body name="ball" pos="0 0 {z}"><joint name="x" type="slide" axis="1 0 0" damping="{damping}"/><joint name="z" type="slide"
-axis="0 0 1"/><geom name="ball" size=".1" mass="{mass}" friction="{friction}" solref="{solref}"/></body></worldbody>
-<actuator><motor joint="x" gear="{gear}"/></actuator></mujoco>"""
+BALL = """
+<mujoco>
+  <option timestep="0.002"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 1" friction="0.1 0.005 0.0001"/>
+    <body name="ball" pos="0 0 {z}">
+      <joint name="x" type="slide" axis="1 0 0" damping="{damping}"/>
+      <joint name="z" type="slide" axis="0 0 1"/>
+      <geom name="ball" size=".1" mass="{mass}" friction="{friction}" solref="{solref}"/>
+    </body>
+  </worldbody>
+  <actuator><motor joint="x" gear="{gear}"/></actuator>
+</mujoco>
+"""
 USUAL = {"z": 0.1, "damping": 0.1, "mass": 1, "friction": "0.7 0.01 0.001", "solref": "0.02 1", "gear": 1}
 
 
@@ -151,7 +161,7 @@ def test_what_a_scene_cannot_be_is_refused_and_leaves_the_old_numbers():
     m = penny.MjModel.from_xml_string(BALL.format(**USUAL))
     d = penny.MjData(m)
     m.body_mass[1] = -1
-    with pytest.raises(ValueError, match="body_mass.*ball"):
+    with pytest.raises(ValueError, match=r"body_mass.*ball"):
         penny.mj_step(m, d)
     assert m.body_mass[1] == 1
     m.jnt_range[0] = [0, 1]

@@ -1,0 +1,149 @@
+"""Penny's own: simulations, tables, sweeps in pieces, what a scene means."""
+
+import os
+import signal
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from conftest import MODELS
+
+import penny
+from penny import _pieces
+
+CIRCLE = MODELS / "circle.xml"
+GRID = {"law": ["penalty", "mujoco"], "timestep": [0.001, 0.002], "geom.1.friction": [[0.1, 0, 0], [0.5, 0, 0]]}
+
+
+def test_a_simulation():
+    sim = penny.Simulation.from_path(MODELS / "stack.xml")
+    assert sim.model.opt.law == "penalty"
+    saved = sim.step(200).save()
+    later = sim.step(100).qpos.copy()
+    assert np.array_equal(sim.restore(saved).step(100).qpos, later)
+    weight = sum(sim.model.body_mass) * 9.81
+    floor = [sim.contact_force(g, "ground") for g in range(sim.model.ngeom) if g != sim.model.geom("ground").id]
+    assert np.isclose(np.sum(floor, axis=0)[2], weight, rtol=0.05)
+    assert penny.Simulation.from_path(MODELS / "point_mass.xml").model.opt.law == "tutorial"
+    with pytest.raises(ValueError, match="penalty"):
+        penny.Simulation.from_path(CIRCLE, law="penaltie")
+
+
+def test_pushes_add_up_and_go():
+    sim = penny.Simulation.from_xml(
+        '<mujoco><option gravity="0 0 0"/><worldbody><body name="b"><freejoint/><geom size=".1" mass="2"/></body>'
+        "</worldbody></mujoco>"
+    )
+    sim.push("b", [4, 0, 0]).push("b", [0, 0, 2], point=[0.1, 0, 0]).step()
+    assert np.allclose(sim.data.qacc[:3], [2, 0, 1])
+    assert sim.data.qacc[4] < 0
+    sim.clear_forces().forward()
+    assert not sim.data.qacc.any()
+    assert np.isclose(sim.set_mass("b", 4).model.body_inertia[1, 0], 2 * 0.4 * 2 * 0.01)
+
+
+def test_what_contacts_mean():
+    m = penny.MjModel.from_xml_path(MODELS / "point_mass.xml")
+    m.opt.law = "tutorial"
+    [row] = penny.explain(m)
+    assert (row["geom1"], row["geom2"]) == ("ground", "point")
+    assert np.isclose(row["stiffness"], 2500) and np.isclose(row["damping"], 20) and np.isclose(row["mass"], 1)
+    assert np.isclose(row["rest_depth"], 9.81 / 2500)
+    assert 0.02 < row["largest_timestep"] < 0.05
+
+
+def test_beside_mujoco():
+    table = penny.compare(MODELS / "pendulum.xml", time=0.2)
+    assert table["difference"].max() < 1e-9 and np.isclose(table["time"][-1], 0.2)
+
+
+def test_a_table():
+    table = penny.Table.of_rows([{"law": "a", "x": 1.0}, {"law": "b", "y": 2.0}])
+    assert list(table) == ["law", "x", "y"] and np.isnan(table["x"][1])
+    assert table.rows[0]["law"] == "a" and "<td>b</td>" in table._repr_html_()
+    assert dict(table).keys() == {"law", "x", "y"}
+
+
+def test_a_sweep_is_the_same_everywhere():
+    here = penny.sweep(CIRCLE, GRID, time=0.2)
+    assert len(here["law"]) == 8 and set(here["failed"]) == {""}
+    assert here["timestep"].tolist() == [0.001, 0.001, 0.002, 0.002] * 2
+    with ProcessPoolExecutor(2) as processes, ThreadPoolExecutor(2) as threads:
+        assert penny.sweep(CIRCLE, GRID, time=0.2, executor=processes, piece=3) == here
+        assert penny.sweep(CIRCLE, GRID, time=0.2, executor=threads, piece=1) == here
+    with pytest.raises(TypeError, match="executor"):
+        penny.sweep(CIRCLE, GRID, executor=3)
+    with pytest.raises(AttributeError, match=r"geom\.1\.frcition"):
+        penny.sweep(CIRCLE, {"geom.1.frcition": [1]})
+
+
+def test_a_run_that_fails_is_a_row():
+    table = penny.sweep(CIRCLE, {"joint.0.qvel": [0.0, 1e12]}, time=0.1)
+    assert table["failed"][0] == "" and table["failed"][1] != ""
+
+
+def test_an_interrupted_sweep_goes_on(tmp_path, monkeypatch):
+    whole = penny.sweep(CIRCLE, GRID, time=0.1, piece=1)
+    ran = []
+    real = _pieces._Folder.write
+
+    def write(self, i, table):
+        real(self, i, table)
+        ran.append(i)
+        if len(ran) == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(_pieces._Folder, "write", write)
+    with pytest.raises(KeyboardInterrupt):
+        penny.sweep(CIRCLE, GRID, time=0.1, piece=1, out=tmp_path)
+    monkeypatch.setattr(_pieces._Folder, "write", lambda self, i, table: (ran.append(i), real(self, i, table)))
+    with pytest.raises(ValueError, match="resume"):
+        penny.sweep(CIRCLE, GRID, time=0.1, piece=1, out=tmp_path)
+    assert penny.sweep(CIRCLE, GRID, time=0.1, piece=1, out=tmp_path, resume=True) == whole
+    assert sorted(ran) == list(range(8))
+    with pytest.raises(ValueError, match="other work"):
+        penny.sweep(CIRCLE, GRID, time=0.2, piece=1, out=tmp_path, resume=True)
+
+
+def flaky(path):
+    """Fails the first time."""
+    if not os.path.exists(path):
+        open(path, "w").close()
+        raise OSError("lost")
+    return penny.Table({"x": [1.0]})
+
+
+def test_a_piece_that_fails_is_tried_again(tmp_path):
+    assert _pieces.run(flaky, [(str(tmp_path / "a"),)])[0]["x"] == [1]
+    with pytest.raises(OSError, match="lost"):
+        _pieces.run(flaky, [(str(tmp_path / "b"),)], retries=0)
+
+
+def test_ctrl_c_stops_a_long_call():
+    m = penny.MjModel.from_xml_path(MODELS / "stack.xml")
+    d = penny.MjData(m)
+    begin = time.monotonic()
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        penny.mj_step(m, d, 10_000_000)
+    assert time.monotonic() - begin < 20
+    assert 0 < d.time < 10_000
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    full = np.zeros(penny.mj_stateSize(m, penny.mjtState.mjSTATE_FULLPHYSICS))
+    penny.mj_getState(m, d, full, penny.mjtState.mjSTATE_FULLPHYSICS)
+    with pytest.raises(KeyboardInterrupt):
+        penny.rollout.rollout(m, d, full, nstep=1_000_000)
+
+
+def test_others_work_during_a_step():
+    m = penny.MjModel.from_xml_path(MODELS / "stack.xml")
+    d = penny.MjData(m)
+    work = threading.Thread(target=penny.mj_step, args=(m, d, 20_000))
+    work.start()
+    turns = 0
+    while work.is_alive():
+        turns += 1
+        time.sleep(0.001)
+    assert turns > 20
