@@ -56,6 +56,16 @@ pub struct Data {
     pub act_dot: Vec<f64>,
     /// ∂length/∂q of actuators that do not act on a joint's axes, rows of nv at `plan.moments`.
     pub moments: Vec<f64>,
+    /// Length of each tendon, m.
+    pub ten_length: Vec<f64>,
+    /// Its rate, m/s.
+    pub ten_velocity: Vec<f64>,
+    /// ∂length/∂q of each tendon, in blocks: `plan.tendons` says where.
+    pub ten_j: Vec<f64>,
+    /// Whether the forces of actuators on a tendon are bounded by its `actuatorfrcrange`.
+    pub ten_bounded: Vec<bool>,
+    /// Rate of the velocity at q̈ = 0 of tendons with inertia, m/s².
+    pub ten_rate: Vec<f64>,
     /// That of the method, s.
     pub timestep: f64,
     /// The force of each actuator before its gear, N or N m.
@@ -100,6 +110,10 @@ pub struct Data {
     pub detect: Scratch,
     /// Joint limits that are near, and dry friction: dry friction first.
     pub joint_rows: Vec<JointRow>,
+    /// Equalities that hold, then dry friction and limits that are near of tendons.
+    pub ties: Vec<Tie>,
+    /// Rows of J of the equalities, in blocks: `plan.equalities` says where.
+    pub eq_j: Vec<f64>,
 
     // Result.
     /// Acceleration (nv).
@@ -249,6 +263,46 @@ pub struct JointRow {
     pub force: f64,
 }
 
+/// A constraint whose rows of J reach over whole trees: an equality, or a limit or the dry friction of a tendon.
+#[derive(Clone, Copy, Debug)]
+pub struct Tie {
+    /// What it is.
+    pub kind: TieKind,
+    /// Index of the equality or of the tendon.
+    pub index: usize,
+    /// Number of rows: 1, of a `connect` 3, of a `weld` 6.
+    pub dim: usize,
+    /// Of a limit: +1 at the lower end, −1 at the upper end. Otherwise 1.
+    pub sign: f64,
+    /// r of each row, m or rad times torquescale; of a limit less the margin, negative beyond.
+    pub violation: [f64; 6],
+    /// J̇ q̇ of the rows of a `connect` or `weld`, m/s²; of others 0, as in MuJoCo.
+    pub drift: [f64; 6],
+    /// d(r), of all rows the same: r is the norm of an equality's violation.
+    pub impedance: f64,
+    /// Spring and damper of the rows.
+    pub reference: Reference,
+    /// MuJoCo's estimates of J M⁻¹ Jᵀ: of the first three rows, and of the last three of a weld.
+    pub inverse: [f64; 2],
+    /// Largest dry friction, N.
+    pub loss: f64,
+    /// Along the rows of J, N and N m. Zero until the contact law has run.
+    pub force: [f64; 6],
+}
+
+/// What a [`Tie`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum TieKind {
+    /// An equality.
+    Equality,
+    /// `frictionloss` of a tendon.
+    DryFriction,
+    /// `range[0]` of a tendon.
+    LowerLimit,
+    /// `range[1]` of a tendon.
+    UpperLimit,
+}
+
 /// What a row of a joint stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum JointRowKind {
@@ -336,6 +390,8 @@ impl Data {
         let plan = Plan::new(model);
         let entries = plan.pattern.size();
         let moments = vec![0.0; model.nv * plan.moments.iter().flatten().count()];
+        let (ten_j, eq_j) = (vec![0.0; plan.tendon_numbers], vec![0.0; plan.equality_numbers]);
+        let of_tendons = vec![0.0; model.tendons.len()];
         Data {
             plan,
             revision: model.revision(),
@@ -355,6 +411,11 @@ impl Data {
             actuator_input: vec![0.0; model.actuators.len()],
             act_dot: vec![0.0; model.na],
             moments,
+            ten_length: of_tendons.clone(),
+            ten_velocity: of_tendons.clone(),
+            ten_j,
+            ten_rate: of_tendons,
+            ten_bounded: vec![false; model.tendons.len()],
             timestep: model.opt.timestep,
             actuator_force: vec![0.0; model.actuators.len()],
             qfrc_smooth: zeros.clone(),
@@ -374,6 +435,8 @@ impl Data {
             contacts: Vec::new(),
             detect: Scratch::default(),
             joint_rows: Vec::new(),
+            ties: Vec::new(),
+            eq_j,
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             sensordata: vec![0.0; model.nsensordata],

@@ -169,6 +169,18 @@ pub enum SensorKind {
     JointLimitVel,
     /// `jointlimitfrc`: force of a limit, N or N m.
     JointLimitForce,
+    /// `tendonpos`: length of a tendon, m.
+    TendonPos,
+    /// `tendonvel`: its rate, m/s.
+    TendonVel,
+    /// `tendonactuatorfrc`: force of the actuators on a tendon, N.
+    TendonActuatorForce,
+    /// `tendonlimitpos`: distance from the limit less the margin, m.
+    TendonLimitPos,
+    /// `tendonlimitvel`: its rate, m/s.
+    TendonLimitVel,
+    /// `tendonlimitfrc`: force of a limit, N.
+    TendonLimitForce,
     /// `framepos`: place of a frame, m.
     FramePos,
     /// `framequat`: its orientation.
@@ -225,6 +237,12 @@ impl SensorKind {
         SensorKind::JointLimitPos,
         SensorKind::JointLimitVel,
         SensorKind::JointLimitForce,
+        SensorKind::TendonPos,
+        SensorKind::TendonVel,
+        SensorKind::TendonActuatorForce,
+        SensorKind::TendonLimitPos,
+        SensorKind::TendonLimitVel,
+        SensorKind::TendonLimitForce,
         SensorKind::FramePos,
         SensorKind::FrameQuat,
         SensorKind::FrameXAxis,
@@ -265,6 +283,12 @@ impl SensorKind {
             SensorKind::JointLimitPos => "jointlimitpos",
             SensorKind::JointLimitVel => "jointlimitvel",
             SensorKind::JointLimitForce => "jointlimitfrc",
+            SensorKind::TendonPos => "tendonpos",
+            SensorKind::TendonVel => "tendonvel",
+            SensorKind::TendonActuatorForce => "tendonactuatorfrc",
+            SensorKind::TendonLimitPos => "tendonlimitpos",
+            SensorKind::TendonLimitVel => "tendonlimitvel",
+            SensorKind::TendonLimitForce => "tendonlimitfrc",
             SensorKind::FramePos => "framepos",
             SensorKind::FrameQuat => "framequat",
             SensorKind::FrameXAxis => "framexaxis",

@@ -79,6 +79,10 @@ pub struct Parts {
     /// By body.
     pub cameras: Vec<Camera>,
     /// In the order of the file.
+    pub tendons: Vec<Tendon>,
+    /// In the order of the file.
+    pub equalities: Vec<Equality>,
+    /// In the order of the file.
     pub actuators: Vec<Actuator>,
     /// In the order of the file.
     pub sensors: Vec<Sensor>,
@@ -155,17 +159,19 @@ pub struct ContactOverride {
 /// `<flag>`: true means enabled.
 #[derive(Clone, Debug)]
 pub struct Flags {
-    /// Contacts, limits and dry friction.
+    /// Contacts, limits, dry friction and equalities.
     pub constraint: bool,
+    /// Equalities.
+    pub equality: bool,
     /// Dry friction of joints.
     pub frictionloss: bool,
     /// Limits of joints.
     pub limit: bool,
     /// Contacts.
     pub contact: bool,
-    /// Springs of joints.
+    /// Springs of joints and tendons.
     pub spring: bool,
-    /// Dampers of joints.
+    /// Dampers of joints and tendons.
     pub damper: bool,
     /// Gravity.
     pub gravity: bool,
@@ -359,6 +365,165 @@ pub struct Camera {
     pub fovy: f64,
 }
 
+/// A length that depends on the position, and what acts along it; see [`crate::dynamics::tendon`].
+#[derive(Clone, Debug)]
+pub struct Tendon {
+    /// As in the file; empty if it has none.
+    pub name: String,
+    /// What its length is.
+    pub path: Path,
+    /// Shortest and longest length, m (of fixed tendons that of coef times q).
+    pub range: Option<[f64; 2]>,
+    /// Distance from a limit at which it begins to push.
+    pub margin: f64,
+    /// `solref` of its limits.
+    pub solref_limit: [f64; 2],
+    /// `solimp` of its limits.
+    pub solimp_limit: [f64; 5],
+    /// `solref` of its dry friction.
+    pub solref_friction: [f64; 2],
+    /// `solimp` of its dry friction.
+    pub solimp_friction: [f64; 5],
+    /// Coefficients of its spring, by powers of the stretch beyond `lengthspring`: N/m, N/m², N/m³.
+    pub stiffness: [f64; 3],
+    /// Between these lengths its spring is slack.
+    pub lengthspring: [f64; 2],
+    /// Coefficients of its damper, by powers of its velocity: N s/m, N s²/m², N s³/m³.
+    pub damping: [f64; 3],
+    /// Dry friction, N.
+    pub frictionloss: f64,
+    /// Inertia along its length, kg.
+    pub armature: f64,
+    /// Bounds of what all actuators together exert along it, N.
+    pub actfrcrange: Option<[f64; 2]>,
+    /// Its length at `qpos0`.
+    pub length0: f64,
+    /// J M⁻¹ Jᵀ at `qpos0`, 1/kg.
+    pub invweight0: f64,
+    /// Radius for drawing, m.
+    pub width: f64,
+    /// Colour and opacity, 0 to 1.
+    pub rgba: [f32; 4],
+}
+
+impl Tendon {
+    /// Whether it has a spring, a damper or inertia.
+    pub fn acts(&self) -> bool {
+        self.armature != 0.0 || self.stiffness.iter().chain(&self.damping).any(|c| *c != 0.0)
+    }
+}
+
+impl Tendon {
+    /// The bodies along its path.
+    pub fn bodies(&self, joints: &[Joint], sites: &[Site], geoms: &[Geom]) -> Vec<usize> {
+        match &self.path {
+            Path::Fixed(parts) => parts.iter().map(|(j, _)| joints[*j].body).collect(),
+            Path::Spatial(points) => points
+                .iter()
+                .filter_map(|point| match *point {
+                    Waypoint::Site(s) => Some(sites[s].body),
+                    Waypoint::Geom { geom, .. } => Some(geoms[geom].body),
+                    Waypoint::Pulley(_) => None,
+                })
+                .collect(),
+        }
+    }
+}
+
+/// What a tendon's length is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Path {
+    /// Σ coef q of slides and hinges: index of the joint, coef.
+    Fixed(Vec<(usize, f64)>),
+    /// That of the shortest way along what is listed.
+    Spatial(Vec<Waypoint>),
+}
+
+/// What a spatial tendon passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Waypoint {
+    /// It passes through this site.
+    Site(usize),
+    /// It goes round this sphere or cylinder, on the side of a site if one is given; inside if that site is inside.
+    Geom {
+        /// Index of the geom.
+        geom: usize,
+        /// Index of the site.
+        side: Option<usize>,
+    },
+    /// A new branch begins, whose length counts divided by this.
+    Pulley(f64),
+}
+
+/// Something that is held equal by forces: see [`crate::contact::ties`].
+#[derive(Clone, Debug)]
+pub struct Equality {
+    /// As in the file; empty if it has none.
+    pub name: String,
+    /// Whether it holds at the start; `State::eq_active` says whether it does now.
+    pub active: bool,
+    /// What is equal.
+    pub kind: EqualityKind,
+    /// `solref`
+    pub solref: [f64; 2],
+    /// `solimp`
+    pub solimp: [f64; 5],
+}
+
+/// What is held equal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EqualityKind {
+    /// The position of a slide or hinge is a polynomial of another's, both counted from `qpos0`.
+    Joint {
+        /// Index of the joint, and of the other.
+        joints: (usize, Option<usize>),
+        /// y = a₀ + a₁ x + …
+        polycoef: [f64; 5],
+    },
+    /// The length of a tendon is a polynomial of another's, both counted from their length at `qpos0`.
+    Tendon {
+        /// Index of the tendon, and of the other.
+        tendons: (usize, Option<usize>),
+        /// y = a₀ + a₁ x + …
+        polycoef: [f64; 5],
+    },
+    /// Two points are at the same place.
+    Connect([Anchor; 2]),
+    /// Two frames are the same.
+    Weld {
+        /// The frames.
+        anchors: [Anchor; 2],
+        /// What a rotation by one radian counts for, m.
+        torquescale: f64,
+    },
+}
+
+/// A frame that an equality holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anchor {
+    /// That of a site.
+    Site(usize),
+    /// One of a body, given in the body's frame (m).
+    Body {
+        /// Index of the body.
+        body: usize,
+        /// Its origin.
+        pos: Vec3,
+        /// Its orientation.
+        quat: Quat,
+    },
+}
+
+impl Anchor {
+    /// The body, and the frame in it.
+    pub fn place(&self, sites: &[Site]) -> (usize, Vec3, Quat) {
+        match *self {
+            Anchor::Site(s) => (sites[s].body, sites[s].pos, sites[s].quat),
+            Anchor::Body { body, pos, quat } => (body, pos, quat),
+        }
+    }
+}
+
 /// A measurement, taken in every step.
 #[derive(Clone, Debug)]
 pub struct Sensor {
@@ -395,6 +560,8 @@ pub enum Object {
     Joint(usize),
     /// Index of an actuator.
     Actuator(usize),
+    /// Index of a tendon.
+    Tendon(usize),
 }
 
 /// A kinematic tree: bodies that hang together by joints, apart from the world.
@@ -547,6 +714,17 @@ pub enum Transmission {
         /// In whose axes, and against what.
         reference: Option<usize>,
     },
+    /// The length of a tendon.
+    Tendon(usize),
+    /// The length of a slider-crank: of a rod between a crank and a slider.
+    SliderCrank {
+        /// Where the rod is on the crank.
+        crank: usize,
+        /// Where the slider begins; it moves along the z axis.
+        slider: usize,
+        /// Length of the rod, m.
+        rod: f64,
+    },
 }
 
 impl Options {
@@ -561,15 +739,19 @@ impl Transmission {
     pub fn joint(self) -> Option<usize> {
         match self {
             Transmission::Joint(j) | Transmission::JointInParent(j) => Some(j),
-            Transmission::Site { .. } => None,
+            Transmission::Site { .. } | Transmission::Tendon(_) | Transmission::SliderCrank { .. } => None,
         }
     }
 
     /// The bodies on which it acts.
-    pub fn bodies(self, joints: &[Joint], sites: &[Site]) -> [Option<usize>; 2] {
+    pub fn bodies(self, joints: &[Joint], sites: &[Site], geoms: &[Geom], tendons: &[Tendon]) -> Vec<usize> {
         match self {
-            Transmission::Joint(j) | Transmission::JointInParent(j) => [Some(joints[j].body), None],
-            Transmission::Site { site, reference } => [Some(sites[site].body), reference.map(|r| sites[r].body)],
+            Transmission::Joint(j) | Transmission::JointInParent(j) => vec![joints[j].body],
+            Transmission::Site { site, reference } => {
+                [Some(site), reference].into_iter().flatten().map(|s| sites[s].body).collect()
+            }
+            Transmission::Tendon(t) => tendons[t].bodies(joints, sites, geoms),
+            Transmission::SliderCrank { crank, slider, .. } => vec![sites[crank].body, sites[slider].body],
         }
     }
 }
@@ -666,6 +848,10 @@ pub struct Requirements {
     pub armature: usize,
     /// Actuators.
     pub actuators: usize,
+    /// Tendons.
+    pub tendons: usize,
+    /// Equalities.
+    pub equalities: usize,
 }
 
 impl Parts {

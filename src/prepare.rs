@@ -17,7 +17,9 @@ impl Data {
         let contacts = collision::room(model);
         data.contacts.reserve(contacts);
         data.joint_rows.reserve(joints);
-        data.scratch.put(Box::new(contact::Scratch::new(model, contacts, joints)));
+        data.ties.reserve(data.plan.most_ties(model));
+        let scratch = contact::Scratch::new(model, contacts, joints, &data);
+        data.scratch.put(Box::new(scratch));
         dynamics::prepare(model, &mut data);
         data
     }

@@ -6,6 +6,7 @@
 //! | 8 | time |
 //! | 8 + 8 n | each of qpos, qvel, ctrl, act, qacc_warmstart, qfrc_applied: its length n, and its numbers |
 //! | 8 + 8 n | each of mocap_pos, mocap_quat: how many numbers n, and the numbers |
+//! | 8 + 8 n | eq_active: how many equalities n, and 1 or 0 for each |
 //! | 8 + 48 n | xfrc_applied: the number of bodies n (or 0), six numbers each |
 //! | 8 + 72 n | warm: the number of remembered forces n; what each belongs to (three whole numbers), six numbers |
 //!
@@ -13,7 +14,7 @@
 
 use std::fmt;
 
-use crate::data::JointRowKind;
+use crate::data::{JointRowKind, TieKind};
 use crate::math::Vec6;
 use crate::state::{Key, State, Warm};
 
@@ -42,6 +43,9 @@ impl fmt::Display for Damaged {
 
 impl std::error::Error for Damaged {}
 
+const TIES: [TieKind; 4] = [TieKind::Equality, TieKind::DryFriction, TieKind::LowerLimit, TieKind::UpperLimit];
+/// What the key of a tie begins with.
+const IS_TIE: u64 = u64::MAX - 1;
 const KINDS: [JointRowKind; 3] = [JointRowKind::DryFriction, JointRowKind::LowerLimit, JointRowKind::UpperLimit];
 
 impl State {
@@ -55,6 +59,7 @@ impl State {
             act,
             mocap_pos,
             mocap_quat,
+            eq_active,
             xfrc_applied,
             qfrc_applied,
             qacc_warmstart,
@@ -72,6 +77,8 @@ impl State {
         for list in [mocap_pos.as_flattened(), mocap_quat.as_flattened()] {
             whole(list.len() as u64, list);
         }
+        whole(eq_active.len() as u64, &[]);
+        eq_active.iter().for_each(|active| whole(u64::from(*active), &[]));
         whole(xfrc_applied.len() as u64, &[]);
         for wrench in xfrc_applied {
             wrench.iter().for_each(|x| whole(x.to_bits(), &[]));
@@ -82,6 +89,9 @@ impl State {
                 Key::Contact([a, b], feature) => [u64::from(a), u64::from(b), u64::from(feature)],
                 Key::Joint(dof, kind) => {
                     [u64::MAX, dof as u64, KINDS.iter().position(|k| *k == kind).unwrap_or_default() as u64]
+                }
+                Key::Tie(index, kind) => {
+                    [IS_TIE, index as u64, TIES.iter().position(|k| *k == kind).unwrap_or_default() as u64]
                 }
             };
             key.into_iter().chain(force.map(f64::to_bits)).for_each(|n| whole(n, &[]));
@@ -105,6 +115,7 @@ impl State {
         let [places, turns] = [words.list()?, words.list()?];
         let (mocap_pos, []) = places.as_chunks() else { return Err(Damaged::Content) };
         let (mocap_quat, []) = turns.as_chunks() else { return Err(Damaged::Content) };
+        let eq_active = (0..words.count(1)?).map(|_| words.flag()).collect::<Result<Vec<_>, Damaged>>()?;
         let xfrc_applied =
             (0..words.count(6)?).map(|_| Ok(Vec6::from(words.numbers()?))).collect::<Result<Vec<_>, Damaged>>()?;
         let warm = (0..words.count(9)?)
@@ -122,6 +133,7 @@ impl State {
             act,
             mocap_pos,
             mocap_quat,
+            eq_active,
             xfrc_applied,
             qfrc_applied,
             qacc_warmstart,
@@ -142,6 +154,14 @@ impl Words<'_> {
 
     fn number(&mut self) -> Result<f64, Damaged> {
         self.whole().map(f64::from_bits)
+    }
+
+    fn flag(&mut self) -> Result<bool, Damaged> {
+        match self.whole()? {
+            0 => Ok(false),
+            1 => Ok(true),
+            _ => Err(Damaged::Content),
+        }
     }
 
     fn numbers(&mut self) -> Result<[f64; 6], Damaged> {
@@ -169,6 +189,11 @@ impl Words<'_> {
                 let dof = usize::try_from(dof).map_err(|_| Damaged::Content)?;
                 let kind = KINDS.get(kind as usize).ok_or(Damaged::Content)?;
                 Ok(Key::Joint(dof, *kind))
+            }
+            [IS_TIE, index, kind] => {
+                let index = usize::try_from(index).map_err(|_| Damaged::Content)?;
+                let kind = TIES.get(kind as usize).ok_or(Damaged::Content)?;
+                Ok(Key::Tie(index, *kind))
             }
             [a, b, feature] => Ok(Key::Contact([small(a)?, small(b)?], small(feature)?)),
         }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::data::{Contact, Data, JointRow, JointRowKind};
+use crate::data::{Contact, Data, JointRow, JointRowKind, TieKind};
 use crate::math::{Vec6, wxyz};
 use crate::model::{Keyframe, Model};
 
@@ -29,6 +29,9 @@ pub struct State {
     /// Their orientations, w x y z.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mocap_quat: Vec<[f64; 4]>,
+    /// Which equalities hold, in the order of [`Parts::equalities`](crate::model::Parts).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub eq_active: Vec<bool>,
     /// Force (N) and torque (N m) on each body at its centre of mass, world axes (nbody); or empty: none.
     #[serde(with = "wrenches")]
     pub xfrc_applied: Vec<Vec6>,
@@ -58,6 +61,8 @@ pub enum Key {
     Contact([u32; 2], u32),
     /// Index of the dof, and which of its rows.
     Joint(usize, JointRowKind),
+    /// Index of the equality or tendon, and which of its rows.
+    Tie(usize, TieKind),
 }
 
 /// What a step leaves for the contact law of the next one; see [`State::remember`].
@@ -102,6 +107,7 @@ impl State {
             act: vec![0.0; model.na],
             mocap_pos: model.mocap.iter().map(|&b| model.bodies[b].pos.into()).collect(),
             mocap_quat: model.mocap.iter().map(|&b| wxyz(&model.bodies[b].quat)).collect(),
+            eq_active: model.equalities.iter().map(|e| e.active).collect(),
             xfrc_applied: Vec::new(),
             qfrc_applied: Vec::new(),
             qacc_warmstart: vec![0.0; model.nv],
@@ -129,6 +135,7 @@ impl State {
             ("act", self.act.len(), model.na),
             ("mocap_pos", self.mocap_pos.len(), model.mocap.len()),
             ("mocap_quat", self.mocap_quat.len(), model.mocap.len()),
+            ("eq_active", self.eq_active.len(), model.equalities.len()),
             ("qacc_warmstart", self.qacc_warmstart.len(), model.nv),
             ("xfrc_applied", self.xfrc_applied.len(), pushes),
             ("qfrc_applied", self.qfrc_applied.len(), forces),
@@ -149,6 +156,7 @@ impl State {
             act,
             mocap_pos,
             mocap_quat,
+            eq_active,
             xfrc_applied,
             qfrc_applied,
             qacc_warmstart,
@@ -161,6 +169,7 @@ impl State {
         act.clone_from(&other.act);
         mocap_pos.clone_from(&other.mocap_pos);
         mocap_quat.clone_from(&other.mocap_quat);
+        eq_active.clone_from(&other.eq_active);
         xfrc_applied.clone_from(&other.xfrc_applied);
         qfrc_applied.clone_from(&other.qfrc_applied);
         qacc_warmstart.clone_from(&other.qacc_warmstart);
@@ -176,10 +185,12 @@ impl State {
             Start::Nothing => {}
             Start::Acceleration => self.qacc_warmstart.copy_from_slice(&data.qacc),
             Start::Forces => {
-                self.warm.reserve(data.contacts.capacity() + data.joint_rows.capacity());
+                self.warm.reserve(data.contacts.capacity() + data.joint_rows.capacity() + data.ties.capacity());
                 self.warm.extend(data.contacts.iter().map(|c| Warm { key: contact_key(c), force: c.force }));
                 let joint = |row: &JointRow| Warm { key: joint_key(row), force: [row.force, 0.0, 0.0, 0.0, 0.0, 0.0] };
                 self.warm.extend(data.joint_rows.iter().map(joint));
+                self.warm
+                    .extend(data.ties.iter().map(|tie| Warm { key: Key::Tie(tie.index, tie.kind), force: tie.force }));
             }
         }
     }
@@ -205,6 +216,9 @@ impl State {
         }
         for row in &mut data.joint_rows {
             [row.force, ..] = force(joint_key(row));
+        }
+        for tie in &mut data.ties {
+            tie.force = force(Key::Tie(tie.index, tie.kind));
         }
     }
 }

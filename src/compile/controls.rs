@@ -1,17 +1,18 @@
 //! Actuators and keyframes: what refers to joints and to the state.
 
-use super::Log;
 use super::layout::{self, World};
+use super::{Log, Names, ties};
 use crate::data::Data;
 use crate::dynamics::{self, actuation};
 use crate::math;
 use crate::mjcf::{ProblemKind, Spec, lints, spec};
-use crate::model::{Activation, Actuator, JointKind, Keyframe, Model, Transmission};
+use crate::model::{Activation, Actuator, JointKind, Keyframe, Model, Tendon, Transmission};
 use crate::state::State;
 
 /// The actuators; what depends on the inertia of the scene, [`fill`] adds.
-pub fn actuators(world: &World, spec: &Spec, log: &mut Log) -> Vec<Actuator> {
+pub fn actuators(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) -> Vec<Actuator> {
     let (joints, sites) = (world.joint_names(), world.site_names());
+    let tendon_names = Names::new("tendon", tendons.iter().map(|t| t.name.as_str()));
     let mut actuators = Vec::new();
     let mut na = 0;
     for a in &spec.actuators {
@@ -32,11 +33,21 @@ pub fn actuators(world: &World, spec: &Spec, log: &mut Log) -> Vec<Actuator> {
                     Some(found) => found.map(|r| Transmission::Site { site: site_, reference: Some(r) }),
                 }
             }),
+            spec::Transmission::Tendon(name) => {
+                tendon_names.find(name, a.node, "tendon", log).map(Transmission::Tendon)
+            }
+            spec::Transmission::SliderCrank { crank, slider, rod } => {
+                let found = (site(crank, "cranksite", log), site(slider, "slidersite", log));
+                match found {
+                    (Some(crank), Some(slider)) => Some(Transmission::SliderCrank { crank, slider, rod: *rod }),
+                    _ => None,
+                }
+            }
             spec::Transmission::None => None,
         };
         let Some(transmission) = transmission else { continue };
         if a.inheritrange > 0.0 {
-            let inherited = inherited(world, a, transmission, log);
+            let inherited = inherited(world, tendons, a, transmission, log);
             *(if a.activation == Activation::Integrator { &mut actrange } else { &mut ctrlrange }) = inherited;
         }
         if (a.damping, a.armature) != (0.0, 0.0) {
@@ -85,15 +96,22 @@ fn servo_in_degrees(actuator: &spec::Actuator, range: [f64; 2], log: &mut Log) {
 }
 
 /// The range of a servo from that of its joint: about its middle, `inheritrange` times as wide.
-fn inherited(world: &World, a: &spec::Actuator, transmission: Transmission, log: &mut Log) -> Option<[f64; 2]> {
-    let joint = match transmission {
-        Transmission::Joint(j) | Transmission::JointInParent(j) => Some(&world.joints[j]),
-        Transmission::Site { .. } => None,
+fn inherited(
+    world: &World,
+    tendons: &[Tendon],
+    a: &spec::Actuator,
+    transmission: Transmission,
+    log: &mut Log,
+) -> Option<[f64; 2]> {
+    let range = match transmission {
+        Transmission::Joint(j) | Transmission::JointInParent(j) => world.joints[j].range,
+        Transmission::Tendon(t) => tendons[t].range,
+        Transmission::Site { .. } | Transmission::SliderCrank { .. } => None,
     };
     let servo = a.gain == [-a.bias[1], 0.0, 0.0] && a.gain[0] != 0.0;
-    let range = joint.filter(|_| servo).and_then(|joint| joint.range);
+    let range = range.filter(|_| servo);
     let Some([low, high]) = range else {
-        let what = "`inheritrange` needs a position servo on a joint with a `range`".to_string();
+        let what = "`inheritrange` needs a position servo on a joint or tendon with a `range`".to_string();
         log.value_error(a.node, "inheritrange", ProblemKind::Meaningless { what }, "give the range itself");
         return None;
     };
@@ -105,24 +123,32 @@ fn inherited(world: &World, a: &spec::Actuator, transmission: Transmission, log:
 fn check_rotor(world: &World, a: &spec::Actuator, transmission: Transmission, log: &mut Log) {
     let single = match transmission {
         Transmission::Joint(j) | Transmission::JointInParent(j) => world.joints[j].kind.nv() == 1,
-        Transmission::Site { .. } => false,
+        Transmission::Tendon(_) => true,
+        Transmission::Site { .. } | Transmission::SliderCrank { .. } => false,
     };
     if !single {
         let attribute = if a.damping == 0.0 { "armature" } else { "damping" };
-        let lost = "Penny has it for actuators on slides and hinges only".to_string();
+        let lost = "Penny has it for actuators on slides, hinges and tendons only".to_string();
         let kind = ProblemKind::Unsupported { name: attribute.into(), lost };
         log.value_error(a.node, attribute, kind, "leave it out");
     }
 }
 
-/// Damping and armature of actuators, which their joints get times gear².
-pub fn rotors(world: &mut World, actuators: &[Actuator], spec: &Spec) {
+/// Damping and armature of actuators, which their joints and tendons get times gear².
+pub fn rotors(world: &mut World, tendons: &mut [Tendon], actuators: &[Actuator], spec: &Spec) {
     for (actuator, a) in actuators.iter().zip(&spec.actuators) {
-        if let Transmission::Joint(j) | Transmission::JointInParent(j) = actuator.transmission {
-            let dof = &mut world.dofs[world.joints[j].dofadr];
-            let square = actuator.gear[0] * actuator.gear[0];
-            dof.damping += square * a.damping;
-            dof.armature += square * a.armature;
+        let square = actuator.gear[0] * actuator.gear[0];
+        match actuator.transmission {
+            Transmission::Joint(j) | Transmission::JointInParent(j) => {
+                let dof = &mut world.dofs[world.joints[j].dofadr];
+                dof.damping += square * a.damping;
+                dof.armature += square * a.armature;
+            }
+            Transmission::Tendon(t) => {
+                tendons[t].damping[0] += square * a.damping;
+                tendons[t].armature += square * a.armature;
+            }
+            _ => {}
         }
     }
 }
@@ -145,15 +171,8 @@ pub fn fill(model: &mut Model, world: &[&spec::Joint], spec: &Spec) {
         }
     }
     let mass_inverse = |row: &[f64]| -> f64 {
-        let of_tree = |(t, tree): (usize, &crate::model::Tree)| {
-            let row = &row[tree.dofs.clone()];
-            if row.iter().all(|x| *x == 0.0) {
-                return 0.0;
-            }
-            let mut solved = row.to_vec();
-            dynamics::solve_m(model, &data, t, &mut solved);
-            row.iter().zip(&solved).map(|(a, b)| a * b).sum()
-        };
+        let of_tree =
+            |(t, tree): (usize, &crate::model::Tree)| ties::inverse_mass(model, &data, t, &row[tree.dofs.clone()]);
         model.trees.iter().enumerate().map(of_tree).sum()
     };
     let mut springs = Vec::new();
@@ -183,9 +202,9 @@ pub fn fill(model: &mut Model, world: &[&spec::Joint], spec: &Spec) {
 
 /// A free joint whose actuator depends on its velocity is no case for the closed form: `implicitfast` couples its
 /// six dofs.
-pub fn closed_forms(world: &mut World, actuators: &[Actuator]) {
+pub fn closed_forms(world: &mut World, tendons: &[Tendon], actuators: &[Actuator]) {
     for actuator in actuators.iter().filter(|a| a.depends_on_velocity()) {
-        for body in actuator.transmission.bodies(&world.joints, &world.sites).into_iter().flatten() {
+        for body in actuator.transmission.bodies(&world.joints, &world.sites, &world.geoms, tendons) {
             if let Some(tree) = world.bodies[body].tree {
                 world.trees[tree].free = None;
             }

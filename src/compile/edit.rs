@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use super::{invweight, layout, masses, pairs, requirements};
-use crate::model::{Model, Parts};
+use super::{invweight, layout, masses, pairs, requirements, ties};
+use crate::model::{Model, Parts, Path, Waypoint};
 
 /// Why a change of a model was not taken. The model is as it was.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,14 +64,22 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
         }
         parts.mixes = pairs::remix(&parts.geoms, parts.opt.contact_override, &mut parts.pairs, &parts.mixes);
     }
+    let inert = |m: &Parts| m.tendons.iter().map(|t| t.armature).collect::<Vec<_>>();
     let heavy = |m: &Parts| {
         let bodies = m.bodies.iter().map(|b| (b.mass, b.inertia, b.ipos, b.iquat, b.pos, b.quat));
-        (bodies.collect::<Vec<_>>(), m.dofs.iter().map(|d| d.armature).collect::<Vec<_>>(), m.qpos0.clone())
+        (bodies.collect::<Vec<_>>(), m.dofs.iter().map(|d| d.armature).collect::<Vec<_>>(), m.qpos0.clone(), inert(m))
     };
     let same = heavy(parts) == heavy(before);
     let medium = parts.opt.medium();
-    for tree in &mut parts.trees {
-        if medium {
+    let pulled: Vec<usize> = parts
+        .tendons
+        .iter()
+        .filter(|t| t.acts())
+        .flat_map(|t| t.bodies(&parts.joints, &parts.sites, &parts.geoms))
+        .filter_map(|b| parts.bodies[b].tree)
+        .collect();
+    for (t, tree) in parts.trees.iter_mut().enumerate() {
+        if medium || pulled.contains(&t) {
             tree.free = None;
         } else if tree.free.is_some() {
             tree.free = masses::free_body(tree, &parts.bodies, &parts.joints, &parts.dofs);
@@ -79,7 +87,12 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
     }
     parts.requires = requirements::requirements(parts);
     match if same { Ok(()) } else { invweight::fill(model) } {
-        Ok(()) => Ok(()),
+        Ok(()) => {
+            if !same {
+                ties::weigh(model);
+            }
+            Ok(())
+        }
         Err(dof) => {
             invalid(format!("dof {dof} would move nothing: masses and inertias of what it moves are too small"))
         }
@@ -104,12 +117,16 @@ fn same_structure(before: &Parts, now: &Parts) -> Result<(), Invalid> {
     let dofs = |m: &Parts| m.dofs.iter().map(|d| (d.joint, d.body)).collect::<Vec<_>>();
     let geoms = |m: &Parts| m.geoms.iter().map(|g| (g.kind, g.body, g.contype, g.conaffinity)).collect::<Vec<_>>();
     let actuators = |m: &Parts| m.actuators.iter().map(|a| (a.kind, a.transmission, a.act)).collect::<Vec<_>>();
+    let tendons = |m: &Parts| m.tendons.iter().map(|t| (t.path.clone(), t.range.is_some())).collect::<Vec<_>>();
+    let equalities = |m: &Parts| m.equalities.iter().map(|e| std::mem::discriminant(&e.kind)).collect::<Vec<_>>();
     let same = lists(before) == lists(now)
         && bodies(before) == bodies(now)
         && joints(before) == joints(now)
         && dofs(before) == dofs(now)
         && geoms(before) == geoms(now)
-        && actuators(before) == actuators(now);
+        && actuators(before) == actuators(now)
+        && tendons(before) == tendons(now)
+        && equalities(before) == equalities(now);
     if same {
         return Ok(());
     }
@@ -163,6 +180,25 @@ fn sound(m: &Parts) -> Result<(), Invalid> {
     for actuator in &m.actuators {
         finite(&format!("gear, gain and bias of actuator `{}`", actuator.name), &actuator.gear)?;
         finite(&format!("gear, gain and bias of actuator `{}`", actuator.name), &actuator.bias)?;
+    }
+    for tendon in &m.tendons {
+        let name = &tendon.name;
+        not_negative(&format!("frictionloss, armature of tendon `{name}`"), &[tendon.frictionloss, tendon.armature])?;
+        let springs = [tendon.stiffness, tendon.damping].concat();
+        finite(
+            &format!("stiffness, damping, springlength of tendon `{name}`"),
+            &[&springs[..], &tendon.lengthspring].concat(),
+        )?;
+        finite(&format!("the limits of tendon `{name}`"), &tendon.range.unwrap_or_default())?;
+        if tendon.armature != 0.0
+            && matches!(&tendon.path, Path::Spatial(p) if p.iter().any(|p| matches!(p, Waypoint::Geom { .. })))
+        {
+            return invalid(format!("tendon `{name}` goes round a geom: it cannot have armature"));
+        }
+    }
+    for equality in &m.equalities {
+        let numbers = [&equality.solref[..], &equality.solimp].concat();
+        finite(&format!("solref, solimp of equality `{}`", equality.name), &numbers)?;
     }
     finite("qpos0", &m.qpos0)
 }

@@ -62,11 +62,18 @@ fn slides_simply(model: &Model, tree: &Tree) -> bool {
     let body = &model.bodies[tree.bodies.start];
     let along_axis = |axis: &Vec3| axis.iter().filter(|x| **x != 0.0).count() == 1;
     tree.bodies.len() == 1
+        && !inert(model, tree)
         && body.ipos == Vec3::zeros()
         && body.iquat.w.abs() == 1.0
         && model.joints[body.joints.clone()]
             .iter()
             .all(|j| j.kind == JointKind::Slide && along_axis(&j.axis) && j.pos == Vec3::zeros())
+}
+
+/// Whether a tendon with inertia touches the tree.
+fn inert(model: &Model, tree: &Tree) -> bool {
+    let of = |t: &model::Tendon| t.bodies(&model.joints, &model.sites, &model.geoms);
+    model.tendons.iter().filter(|t| t.armature != 0.0).flat_map(of).any(|b| tree.bodies.contains(&b))
 }
 
 /// A case of its own in MuJoCo: 1/m for the body and every dof, whatever the armature.

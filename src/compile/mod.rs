@@ -12,6 +12,7 @@ mod masses;
 mod pairs;
 mod requirements;
 mod sensors;
+mod ties;
 
 use std::collections::BTreeMap;
 
@@ -34,16 +35,19 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     }
     let opt = options(spec);
     let (pairs, mixes) = pairs::find(&world, spec, opt.contact_override, &mut log);
-    let actuators = controls::actuators(&world, spec, &mut log);
-    controls::closed_forms(&mut world, &actuators);
+    let mut tendons = ties::tendons(&world, spec, &mut log);
+    let equalities = ties::equalities(&world, &tendons, spec, &mut log);
+    let actuators = controls::actuators(&world, &tendons, spec, &mut log);
+    controls::closed_forms(&mut world, &tendons, &actuators);
     if opt.medium() {
         world.trees.iter_mut().for_each(|tree| tree.free = None);
     }
     if log.errors.is_empty() {
-        controls::rotors(&mut world, &actuators, spec);
+        controls::rotors(&mut world, &mut tendons, &actuators, spec);
     }
+    ties::closed_forms(&mut world, &tendons);
     let keyframes = controls::keyframes(&world, spec, &mut log);
-    let sensors = sensors::sensors(&world, &actuators, spec, &mut log);
+    let sensors = sensors::sensors(&world, &actuators, &tendons, spec, &mut log);
     let tutorial = tutorial_params(spec, &mut log);
     check_settings(spec, &mut log);
     if !log.errors.is_empty() {
@@ -62,6 +66,8 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         sites: world.sites,
         cameras: world.cameras,
         na: actuators.iter().filter(|a| a.act.is_some()).count(),
+        tendons,
+        equalities,
         actuators,
         mocap: world.mocap,
         nsensordata: sensors.iter().map(|s| s.kind.dim()).sum(),
@@ -78,12 +84,14 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     };
     parts.requires = requirements::requirements(&parts);
     let mut model = Model::new(parts);
+    ties::fill(&mut model, spec);
     if let Err(dof) = invweight::fill(&mut model) {
         let joint = world.joint_specs[model.dofs[dof].joint];
         let help = "its motion is one that other joints already allow: remove it, turn its axis, or give it `armature`";
         log.error(joint.node, ProblemKind::JointsDependent, help);
         return Err(log.errors);
     }
+    ties::weigh(&mut model);
     controls::fill(&mut model, &world.joint_specs, spec);
     check_integrator(&model, spec, &mut log);
     if model.nv == 0 {
@@ -179,6 +187,7 @@ fn options(spec: &Spec) -> Options {
         iterations: option.iterations,
         flags: Flags {
             constraint: flag("constraint"),
+            equality: flag("equality"),
             frictionloss: flag("frictionloss"),
             limit: flag("limit"),
             contact: flag("contact"),

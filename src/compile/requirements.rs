@@ -29,6 +29,8 @@ pub fn requirements(model: &Parts) -> Requirements {
         dampers: joints(&|j| dof(j).damping != 0.0 && dampers),
         frictionloss: joints(&|j| dof(j).frictionloss > 0.0 && model.opt.flags.frictionloss && constraint),
         armature: joints(&|j| dof(j).armature != 0.0),
+        tendons: model.tendons.len(),
+        equalities: if model.opt.flags.equality && constraint { model.equalities.len() } else { 0 },
         actuators: if model.opt.flags.actuation { model.actuators.len() } else { 0 },
     }
 }

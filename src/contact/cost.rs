@@ -20,6 +20,8 @@ pub enum Kind {
     OneSided,
     /// Resists either way, but with no more than `loss` (N or N m): s quadratic, linear beyond |x| = loss/D.
     Dry,
+    /// Pushes and pulls: s = Σ Dₖ/2 xₖ² over all rows. Equalities.
+    TwoSided,
     /// s = D/2 Σⱼ min(x₀ + μⱼxⱼ, 0)² + min(x₀ − μⱼxⱼ, 0)².
     Pyramid,
     /// s depends on where x lies: nothing inside the cone, quadratic far outside, and between these
@@ -113,6 +115,14 @@ impl Cone {
                 } else {
                     (loss * (x[0].abs() - 0.5 * loss / d), Zone::from(f > 0.0))
                 }
+            }
+            Kind::TwoSided => {
+                let mut cost = 0.0;
+                for k in 0..self.dim {
+                    force[k] = -self.d[k] * x[k];
+                    cost -= 0.5 * force[k] * x[k];
+                }
+                (cost, INSIDE)
             }
             Kind::Pyramid => self.cost_of_pyramid(x, force),
             Kind::Ellipse => self.cost_of_ellipse(x, force),
@@ -254,6 +264,10 @@ impl Cone {
                 let loss = self.mu[0];
                 if f.abs() < loss { (f * y[0], d * y[0] * y[0]) } else { (f.clamp(-loss, loss) * y[0], 0.0) }
             }
+            Kind::TwoSided => {
+                let rows = || (0..self.dim).map(|k| (self.d[k] * y[k], x[k] + alpha * y[k], y[k]));
+                (rows().map(|(dy, z, _)| dy * z).sum(), rows().map(|(dy, _, y)| dy * y).sum())
+            }
             Kind::Pyramid => {
                 let (mut first, mut second) = ([0.0; 2], [0.0; 2]);
                 let pairs = x.as_chunks::<2>().0.iter().zip(y.as_chunks::<2>().0);
@@ -346,6 +360,7 @@ mod tests {
         for (kind, dims) in [
             (Kind::OneSided, &[1][..]),
             (Kind::Dry, &[1]),
+            (Kind::TwoSided, &[1, 3, 6]),
             (Kind::Pyramid, &[3, 4, 6]),
             (Kind::Ellipse, &[3, 4, 6]),
             (Kind::Coulomb, &[1, 3, 4, 6]),
@@ -422,6 +437,7 @@ mod tests {
             let (_, f) = cost(&cone, &x);
             let used: f64 = match cone.kind {
                 Kind::OneSided => 0.0,
+                Kind::TwoSided => continue,
                 Kind::Coulomb => {
                     for group in cone.groups() {
                         let used = group.map(|k| (f[k] / cone.mu[k]).powi(2)).sum::<f64>().sqrt();

@@ -49,6 +49,7 @@ impl Cone {
                 Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0])
             }
             Kind::OneSided | Kind::Dry => Curvature::Zero,
+            Kind::TwoSided => Curvature::Diagonal(self.d),
             Kind::Pyramid => self.curvature_of_pyramid(x),
             Kind::Ellipse => self.curvature_of_ellipse(x),
             Kind::Coulomb => self.curvature_of_coulomb(x),

@@ -9,6 +9,7 @@ use super::block_factor::{BlockFactor, Shape};
 use super::curvature::Curvature;
 use super::newton::Constraint;
 use super::rows::{Part, Parts, Row, Rows, SIX, dot_six};
+use super::ties;
 use super::unit_mass::{self, padded};
 use crate::data::{Contact, Data, Mover, Outcome};
 use crate::dynamics;
@@ -42,6 +43,8 @@ pub enum Source {
     Contact(usize),
     /// Index into `data.joint_rows`.
     Joint(usize),
+    /// Index into `data.ties`.
+    Tie(usize),
 }
 
 /// Trees that constraints hold together, and the problem that they pose.
@@ -71,7 +74,7 @@ pub struct Island {
     /// Whether `blocks` have the structure of this island: a good start needs none.
     analysed: bool,
     /// Vectors over the dofs of one tree, for rows of J and for products.
-    on_dofs: [Vec<f64>; 2],
+    on_dofs: Vec<Vec<f64>>,
     product: Vec<f64>,
     columns: Vec<[f64; 6]>,
 }
@@ -80,21 +83,23 @@ pub struct Island {
 const SHORT: usize = 16;
 
 impl Island {
-    /// Makes room for all trees in one island, with that many contacts and rows of joints.
-    pub fn reserve(&mut self, model: &Model, contacts: usize, joints: usize) {
+    /// Makes room for all trees in one island, with that many contacts, rows of joints and ties, whose rows have so many
+    /// numbers.
+    pub fn reserve(&mut self, model: &Model, contacts: usize, joints: usize, ties: usize, numbers: usize) {
         let widths = || model.trees.iter().map(|t| padded(t.dofs.len()));
         let (size, widest) = (widths().sum(), widths().max().unwrap_or(0));
-        let constraints = contacts + joints;
+        let constraints = contacts + joints + ties;
         self.units.reserve(model.trees.len());
         self.constraints.reserve(constraints);
         self.sources.reserve(constraints);
         self.curvatures.reserve(constraints);
-        self.rows.reserve(constraints, (contacts * model.requires.condim * 2 + joints) * widest, widest);
+        self.rows.reserve(constraints, (contacts * model.requires.condim * 2 + joints) * widest + numbers, widest);
         let Island { w, gradient, p, velocity, smooth, scale, .. } = self;
         for vector in [w, gradient, p, velocity, smooth, scale] {
             vector.reserve(size);
         }
         self.columns.reserve(widest);
+        self.on_dofs.resize(2, Vec::new());
         self.on_dofs.iter_mut().for_each(|v| v.reserve(6 * widest));
         self.blocks.reserve(model.trees.len(), size);
     }
@@ -204,7 +209,9 @@ impl Island {
         let (part, tree) = (self.rows.room(unit, at, n, 1), &model.trees[tree]);
         let jac = self.rows.of_mut(&part, 1);
         match &tree.free {
-            Some(free) => jac.copy_from_slice(&unit_mass::row_of_mover(free, tree, data, row)),
+            Some(free) => {
+                jac.copy_from_slice(&unit_mass::row_of_mover(free, tree, data, row.dof, &row.entries[..row.n]))
+            }
             None => {
                 jac.fill(0.0);
                 jac[row.dof - tree.dofs.start..][..row.n].copy_from_slice(&row.entries[..row.n]);
@@ -223,6 +230,47 @@ impl Island {
         let mut parts = Parts::new(1);
         parts.push(part);
         self.push(Source::Joint(index), parts, 1, velocity, smooth);
+    }
+
+    /// Adds the rows of a tie: an equality, or a limit or the dry friction of a tendon.
+    ///
+    /// In: `unit` the island's number of a tree.
+    pub fn add_tie(&mut self, model: &Model, data: &Data, index: usize, unit: impl Fn(usize) -> usize) {
+        let tie = &data.ties[index];
+        let (blocks, numbers) = ties::rows(data, tie);
+        let mut parts = Parts::new(tie.dim);
+        let (mut velocity, mut smooth) = ([0.0; 6], [0.0; 6]);
+        for block in blocks {
+            let unit = unit(block.tree);
+            let Unit { at, n, dofs, .. } = self.units[unit];
+            let (part, tree) = (self.rows.room(unit, at, n, tie.dim), &model.trees[block.tree]);
+            let written = numbers[block.at..].chunks_exact(dofs);
+            for (k, (row, own)) in self.rows.of_mut(&part, tie.dim).chunks_exact_mut(n).zip(written).enumerate() {
+                match &tree.free {
+                    Some(free) => {
+                        row.copy_from_slice(&unit_mass::row_of_mover(free, tree, data, block.dofs.start, own));
+                    }
+                    None => {
+                        row[..dofs].copy_from_slice(own);
+                        row[dofs..].fill(0.0);
+                    }
+                }
+                row.iter_mut().for_each(|j| *j *= tie.sign);
+                let product = |v: &[f64]| row.iter().zip(v).map(|(j, v)| j * v).sum::<f64>();
+                velocity[k] += product(&self.velocity[at..at + n]);
+                smooth[k] += product(&self.smooth[at..at + n]);
+                if tree.free.is_none() {
+                    data.plan.pattern.reduce(&tree.dofs, &data.qld, row.as_chunks_mut::<1>().0);
+                }
+                row.iter_mut().zip(&self.scale[at..at + n]).for_each(|(j, s)| *j *= s);
+            }
+            if parts.is_full() {
+                self.rows.push_more(&mut parts, part);
+            } else {
+                parts.push(part);
+            }
+        }
+        self.push(Source::Tie(index), parts, tie.dim, velocity, smooth);
     }
 
     /// Writes the rows of a contact on a tree that is not a free body, for one side or for both, and adds J v and J a₀: D
@@ -311,7 +359,14 @@ impl Island {
             let second = rest.iter().copied().chain(std::iter::repeat(0.0));
             first.iter().zip(second).map(|(a, b)| (e[0] * a + e[1] * b).powi(2)).sum::<f64>()
         };
-        self.rows.parts(i).iter().map(of_part).sum()
+        self.rows.parts(i).map(of_part).sum()
+    }
+
+    /// J M⁻¹ Jᵀ of row k of constraint i, 1/kg.
+    pub fn inverse_mass_of_row(&self, i: usize, k: usize) -> f64 {
+        let dim = self.constraints[i].cone.dim;
+        let square = |part: &Part| self.rows.of(part, dim)[k * part.n..][..part.n].iter().map(|x| x * x).sum::<f64>();
+        self.rows.parts(i).map(square).sum()
     }
 
     /// Reads a guess of qacc into w.
@@ -331,6 +386,7 @@ impl Island {
             match *source {
                 Source::Contact(i) => c.force = data.contacts[i].force,
                 Source::Joint(i) => c.force[0] = data.joint_rows[i].force,
+                Source::Tie(i) => c.force = data.ties[i].force,
             }
         }
     }
@@ -404,7 +460,11 @@ impl Island {
 
     /// Norm of the gradient in the coordinates of the trees, as MuJoCo measures it.
     pub fn gradient_norm(&mut self, model: &Model, data: &Data) -> f64 {
-        let Island { units, gradient, scale, on_dofs: [room, _], .. } = self;
+        let Island { units, gradient, scale, on_dofs, .. } = self;
+        if on_dofs.is_empty() {
+            on_dofs.push(Vec::new());
+        }
+        let room = &mut on_dofs[0];
         let mut square = 0.0;
         for unit in units {
             let place = unit.at..unit.at + unit.n;
@@ -445,8 +505,12 @@ impl Island {
         let n = self.units.last().map_or(0, |u| u.first + u.dofs);
         let (mut rows, mut product) = (std::mem::take(&mut self.on_dofs), std::mem::take(&mut self.product));
         for (i, slope) in slopes.iter().enumerate() {
-            let (dim, parts) = (self.constraints[i].cone.dim, self.rows.parts(i));
-            for (part, out) in parts.iter().zip(&mut rows) {
+            let dim = self.constraints[i].cone.dim;
+            let count = self.rows.parts(i).count();
+            if rows.len() < count {
+                rows.resize(count, Vec::new());
+            }
+            for (part, out) in self.rows.parts(i).zip(&mut rows) {
                 let Unit { tree, dofs, .. } = self.units[part.unit];
                 out.resize(dim * dofs, 0.0);
                 let scale = &self.scale[part.at..][..part.n];
@@ -454,7 +518,7 @@ impl Island {
                     unit_mass::on_dofs(data, &model.trees[tree], scale, row, out);
                 }
             }
-            for (right, right_rows) in parts.iter().zip(&rows) {
+            for (right, right_rows) in self.rows.parts(i).zip(&rows) {
                 let Unit { first: column, dofs: width, .. } = self.units[right.unit];
                 // F J
                 product.clear();
@@ -465,7 +529,7 @@ impl Island {
                         out.iter_mut().zip(row).for_each(|(out, j)| *out += factor * slope[k][l] * j);
                     }
                 }
-                for (left, left_rows) in parts.iter().zip(&rows) {
+                for (left, left_rows) in self.rows.parts(i).zip(&rows) {
                     let Unit { first, dofs: height, .. } = self.units[left.unit];
                     for k in 0..dim {
                         for (i, j) in left_rows[k * height..][..height].iter().enumerate().filter(|(_, j)| **j != 0.0) {
@@ -496,6 +560,11 @@ impl Island {
                     force[c.cone.dim..].fill(0.0);
                 }
                 Source::Joint(i) => data.joint_rows[i].force = c.force[0],
+                Source::Tie(i) => {
+                    let force = &mut data.ties[i].force;
+                    *force = c.force;
+                    force[c.cone.dim..].fill(0.0);
+                }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Which trees influence one another through constraints, and the constraints of each island.
 
 use super::disjoint_sets::DisjointSets;
+use super::ties;
 use crate::data::Data;
 use crate::model::Model;
 
@@ -10,10 +11,11 @@ pub struct Islands {
     sets: DisjointSets,
     /// Number of each tree within its island, once [`Islands::number`] has counted it.
     pub unit: Vec<usize>,
-    /// Trees, contacts that push, and joint rows by island; the lowest tree of an island is its number.
+    /// Trees, contacts that push, joint rows and ties by island; the lowest tree of an island is its number.
     trees: Grouped,
     contacts: Grouped,
     joints: Grouped,
+    ties: Grouped,
 }
 
 /// Items by group: those of group g are `items[start[g]..start[g + 1]]`, in their old order.
@@ -82,18 +84,19 @@ impl Islands {
     }
 
     /// Makes room for all trees, and so many contacts and joint rows.
-    pub fn reserve(&mut self, model: &Model, contacts: usize, joints: usize) {
+    pub fn reserve(&mut self, model: &Model, contacts: usize, joints: usize, ties: usize) {
         let trees = model.trees.len();
         self.sets.reset(trees);
         self.unit.resize(trees, 0);
         self.trees.reserve(trees, trees);
         self.contacts.reserve(trees, contacts);
         self.joints.reserve(trees, joints);
+        self.ties.reserve(trees, ties);
     }
 
-    /// Finds the islands: trees joined by contacts that push.
+    /// Finds the islands: trees joined by contacts that push, and by ties.
     ///
-    /// Reads: contacts, joint_rows.
+    /// Reads: contacts, joint_rows, ties.
     pub fn find(&mut self, model: &Model, data: &Data) {
         let count = model.trees.len();
         self.sets.reset(count);
@@ -109,6 +112,12 @@ impl Islands {
                 self.sets.union(a, b);
             }
         }
+        for tie in &data.ties {
+            let (blocks, _) = ties::rows(data, tie);
+            for pair in blocks.windows(2) {
+                self.sets.union(pair[0].tree, pair[1].tree);
+            }
+        }
         self.group_all(model, data);
     }
 
@@ -118,6 +127,7 @@ impl Islands {
         self.trees.one_group(0..1);
         self.contacts.one_group(contacts);
         self.joints.one_group(0..data.joint_rows.len());
+        self.ties.one_group(0..data.ties.len());
     }
 
     /// Puts all trees into one island, which has the number 0.
@@ -128,7 +138,7 @@ impl Islands {
     }
 
     fn group_all(&mut self, model: &Model, data: &Data) {
-        let Islands { sets, trees, contacts, joints, .. } = self;
+        let Islands { sets, trees, contacts, joints, ties, .. } = self;
         let count = model.trees.len();
         let tree = |body: u32| model.bodies[body as usize].tree;
         trees.sort(count, (0..count).map(|t| sets.find(t) as u32));
@@ -144,11 +154,22 @@ impl Islands {
         } else {
             joints.sort(count, data.joint_rows.iter().map(|r| label(model.bodies[model.dofs[r.dof].body].tree)));
         }
+        if data.ties.is_empty() {
+            ties.empty();
+        } else {
+            let first = |tie| ties::rows(data, tie).0.first().map(|block| block.tree);
+            ties.sort(count, data.ties.iter().map(|tie| label(first(tie))));
+        }
     }
 
     /// Trees, contacts and joint rows of an island: indices into the model's trees and into `data`.
     pub fn group(&self, group: usize) -> (&[usize], &[usize], &[usize]) {
         (self.trees.of(group), self.contacts.of(group), self.joints.of(group))
+    }
+
+    /// Ties of an island: indices into `data.ties`.
+    pub fn ties(&self, group: usize) -> &[usize] {
+        self.ties.of(group)
     }
 
     /// Asks `add` for the number of each tree of the island.

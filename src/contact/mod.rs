@@ -2,11 +2,12 @@
 //!
 //! All laws share one way, [`constrain`]:
 //!
-//!     contacts, joint limits, dry friction → islands → rows of J → solve(island) → a, f → qacc, qfrc_constraint
+//!     contacts, limits, dry friction, equalities → islands → rows of J → solve(island) → a, f → qacc, qfrc_constraint
 //!
 //! | file | what |
 //! |---|---|
-//! | `joint_rows` | limits that are near, and dry friction |
+//! | `joint_rows` | limits of joints that are near, and their dry friction |
+//! | `ties` | equalities, and limits and dry friction of tendons |
 //! | `islands`, `disjoint_sets` | which trees constraints hold together |
 //! | `island` | the constraints of one island, and where its results go |
 //! | `unit_mass`, `rows` | coordinates in which every tree has unit mass; rows of J in them, and Newton's matrix |
@@ -52,6 +53,7 @@ mod per_mix;
 pub mod pointwise;
 mod rows;
 pub mod tangent;
+pub(crate) mod ties;
 pub mod tutorial;
 mod unit_mass;
 
@@ -69,7 +71,7 @@ pub struct Law {
     pub name: &'static str,
     /// One line for `--help`, plots and docs.
     pub about: &'static str,
-    /// Whether it also enforces joint limits and dry friction of joints.
+    /// Whether it also enforces limits and dry friction of joints and tendons, and equalities.
     pub joints: bool,
     /// What of the last step it starts from.
     pub start: Start,
@@ -160,14 +162,16 @@ impl Scratch {
         if scratch.islands.fit(model) {
             return scratch;
         }
-        Box::new(Scratch::new(model, data.contacts.len(), data.joint_rows.len()))
+        Box::new(Scratch::new(model, data.contacts.len(), data.joint_rows.len(), data))
     }
 
-    /// Room for all contacts and joint rows that a model can have.
-    pub fn new(model: &Model, contacts: usize, joints: usize) -> Scratch {
+    /// Room for all contacts and joint rows that a model can have, and all its ties.
+    pub fn new(model: &Model, contacts: usize, joints: usize, data: &Data) -> Scratch {
         let mut scratch = Scratch::default();
-        scratch.islands.reserve(model, contacts, joints);
-        scratch.island.reserve(model, contacts, joints);
+        let (ties, numbers) = (data.plan.most_ties(model), data.plan.equality_numbers + 3 * data.plan.tendon_numbers);
+        scratch.islands.reserve(model, contacts, joints, ties);
+        // Rows of a tree are padded, to six numbers at least.
+        scratch.island.reserve(model, contacts, joints, ties, 6 * numbers);
         scratch
     }
 }
@@ -180,12 +184,9 @@ impl Scratch {
 pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut Data) {
     data.qfrc_constraint.fill(0.0);
     data.solver = Outcome::default();
-    data.joint_rows.clear();
     let law = settings.law;
-    if law.joints && data.plan.joint_rows() {
-        joint_rows::find(model, settings, state, data);
-    }
-    if data.contacts.is_empty() && data.joint_rows.is_empty() {
+    find_rows(model, settings, state, data);
+    if data.contacts.is_empty() && data.joint_rows.is_empty() && data.ties.is_empty() {
         return;
     }
     if law.start == Start::Forces {
@@ -196,10 +197,11 @@ pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut D
     islands.find(model, data);
     for group in 0..model.trees.len() {
         let (trees, contacts, joints) = islands.group(group);
-        if contacts.is_empty() && joints.is_empty() {
+        if contacts.is_empty() && joints.is_empty() && islands.ties(group).is_empty() {
             continue;
         }
-        let shortcut = law.shortcut.filter(|_| joints.is_empty() && trees.len() == 1);
+        let alone = joints.is_empty() && trees.len() == 1 && islands.ties(group).is_empty();
+        let shortcut = law.shortcut.filter(|_| alone);
         if shortcut.is_some_and(|shortcut| take(shortcut, model, settings, state, data, own, trees[0], contacts)) {
             continue;
         }
@@ -213,6 +215,18 @@ pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut D
         data.solver.residual = data.solver.residual.max(outcome.residual);
     }
     data.scratch.put(scratch);
+}
+
+/// Finds the rows of joints, tendons and equalities, if the law has them.
+fn find_rows(model: &Model, settings: &Settings, state: &State, data: &mut Data) {
+    data.joint_rows.clear();
+    data.ties.clear();
+    if settings.law.joints && data.plan.joint_rows() {
+        joint_rows::find(model, settings, state, data);
+    }
+    if settings.law.joints && data.plan.ties() {
+        ties::find(model, settings, state, data);
+    }
 }
 
 /// Takes a law's shortcut for one tree, if it is a free body; says whether that was possible.
@@ -247,6 +261,9 @@ fn assemble(task: &Task, islands: &mut Islands, group: usize, island: &mut Islan
     island.start();
     let (_, contacts, joints) = islands.group(group);
     let unit = |tree: Option<usize>| tree.map(|t| islands.unit[t]);
+    for &i in islands.ties(group) {
+        island.add_tie(model, data, i, |tree| islands.unit[tree]);
+    }
     for &j in joints {
         let tree = model.bodies[model.dofs[data.joint_rows[j].dof].body].tree;
         island.add_joint_row(model, data, j, unit(tree).unwrap_or(0));
@@ -266,7 +283,7 @@ fn assemble(task: &Task, islands: &mut Islands, group: usize, island: &mut Islan
 /// The rows of all islands as if they were one.
 fn assemble_all(task: &Task, island: &mut Island) {
     let mut islands = Islands::default();
-    islands.reserve(task.model, 0, 0);
+    islands.reserve(task.model, 0, 0, 0);
     islands.find_one(task.model, task.data);
     assemble(task, &mut islands, 0, island);
 }

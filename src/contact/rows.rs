@@ -24,6 +24,9 @@ pub struct Part {
 }
 
 /// Where the parts of a constraint lie, and where their products go in H.
+///
+/// Tendons can hold more than two trees together: then the parts beyond the second are in [`Rows::more`], one after the
+/// other.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Parts {
     parts: [Part; 2],
@@ -33,6 +36,8 @@ pub struct Parts {
     /// Block of the two parts, and which of them has its rows: the tree that is eliminated first.
     off: usize,
     first: usize,
+    /// Where its further parts begin, and how many there are.
+    more: [usize; 2],
 }
 
 impl Parts {
@@ -48,6 +53,10 @@ impl Parts {
     pub fn list(&self) -> &[Part] {
         &self.parts[..self.count]
     }
+
+    pub fn is_full(&self) -> bool {
+        self.count == 2
+    }
 }
 
 /// The rows of all constraints.
@@ -59,6 +68,8 @@ pub struct Rows {
     used: usize,
     /// C W of one constraint.
     product: Vec<f64>,
+    /// Parts of constraints on more than two trees.
+    more: Vec<Part>,
 }
 
 impl Rows {
@@ -71,6 +82,7 @@ impl Rows {
 
     pub fn reset(&mut self) {
         self.parts.clear();
+        self.more.clear();
         self.used = 0;
     }
 
@@ -88,9 +100,26 @@ impl Rows {
         self.parts.push(parts);
     }
 
+    /// Adds a part beyond the second.
+    pub fn push_more(&mut self, parts: &mut Parts, part: Part) {
+        if parts.more[1] == 0 {
+            parts.more[0] = self.more.len();
+        }
+        parts.more[1] += 1;
+        self.more.push(part);
+    }
+
     /// The trees of constraint i.
-    pub fn parts(&self, i: usize) -> &[Part] {
-        self.parts[i].list()
+    pub fn parts(&self, i: usize) -> impl Iterator<Item = &Part> {
+        self.all(&self.parts[i])
+    }
+
+    fn all<'a>(&'a self, parts: &'a Parts) -> impl Iterator<Item = &'a Part> {
+        parts.list().iter().chain(self.beyond(parts))
+    }
+
+    fn beyond(&self, parts: &Parts) -> &[Part] {
+        &self.more[parts.more[0]..][..parts.more[1]]
     }
 
     /// `dim` rows of a part.
@@ -108,7 +137,7 @@ impl Rows {
     #[inline]
     pub fn products(&self, parts: &Parts, v: &[f64]) -> [f64; 6] {
         let mut sum = [0.0; 6];
-        for part in parts.list() {
+        for part in self.all(parts) {
             let (rows, v) = (self.of(part, parts.dim), &v[part.at..][..part.n]);
             if let Ok(v) = <&Row>::try_from(v) {
                 for (out, row) in sum.iter_mut().zip(rows.as_chunks::<SIX>().0) {
@@ -157,7 +186,7 @@ impl Rows {
             return;
         }
         for (f, parts) in forces.zip(&self.parts) {
-            for part in parts.list() {
+            for part in self.all(parts) {
                 let (rows, w) = (self.of(part, parts.dim), &mut w[part.at..][..part.n]);
                 if let Ok(w) = <&mut Row>::try_from(&mut *w) {
                     let mut sum = *w;
@@ -181,6 +210,12 @@ impl Rows {
         blocks.reset(sizes);
         for p in self.parts.iter().filter(|p| p.count == 2) {
             blocks.connect(p.parts[0].unit, p.parts[1].unit);
+            let more = &self.more[p.more[0]..][..p.more[1]];
+            for (i, part) in more.iter().enumerate() {
+                for other in p.list().iter().chain(&more[..i]) {
+                    blocks.connect(part.unit, other.unit);
+                }
+            }
         }
         blocks.analyse();
         for p in &mut self.parts {
@@ -219,6 +254,36 @@ impl Rows {
                         add_product(&mut upper[parts.off..], rows(left), product, dim, [left.n, n]);
                     } else if shape == Shape::General {
                         add_product(&mut lower[parts.off..], product, rows(left), dim, [n, left.n]);
+                    }
+                }
+            }
+        }
+        if !self.more.is_empty() {
+            self.fill_more(curvatures, blocks, shape);
+        }
+    }
+
+    /// The rest of H: the blocks of parts beyond the second.
+    #[cold]
+    fn fill_more(&self, curvatures: &[Curvature], blocks: &mut BlockFactor, shape: Shape) {
+        let mut product = Vec::new();
+        let wide = self.parts.iter().zip(curvatures).filter(|(parts, _)| parts.more[1] > 0);
+        for (parts, curvature) in wide.filter(|(_, c)| !matches!(c, Curvature::Zero)) {
+            let dim = parts.dim;
+            for (r, right) in self.all(parts).enumerate() {
+                let n = right.n;
+                product.resize(dim * n, 0.0);
+                multiply_curvature(curvature, self.of(right, dim), dim, n, &mut product);
+                // Those of the first two parts are there already.
+                for (_, left) in self.all(parts).enumerate().filter(|(l, _)| r.max(*l) >= 2) {
+                    let (at, swapped) = blocks.place(left.unit, right.unit);
+                    let (upper, lower) = blocks.blocks();
+                    if left.unit == right.unit {
+                        add_square(&mut upper[at..], self.of(left, dim), &product, dim, n, shape == Shape::Symmetric);
+                    } else if !swapped {
+                        add_product(&mut upper[at..], self.of(left, dim), &product, dim, [left.n, n]);
+                    } else if shape == Shape::General {
+                        add_product(&mut lower[at..], &product, self.of(left, dim), dim, [n, left.n]);
                     }
                 }
             }

@@ -5,8 +5,8 @@
 //! v' solves the step, they are the forces that the law's solution has there.
 
 use super::island::{Island, Source};
-use super::{Law, Scratch, Settings, Task, assemble, joint_rows};
-use crate::data::{Data, JointRowKind, Outcome, Scratchpad};
+use super::{Law, Scratch, Settings, Task, assemble, find_rows};
+use crate::data::{Data, JointRowKind, Outcome, Scratchpad, TieKind};
 use crate::model::Model;
 use crate::state::State;
 
@@ -40,11 +40,8 @@ pub struct Tangent {
 pub fn constrain_at(model: &Model, settings: &Settings, state: &State, a: &[f64], data: &mut Data) {
     data.qfrc_constraint.fill(0.0);
     data.solver = Outcome::default();
-    data.joint_rows.clear();
-    if settings.law.joints && data.plan.joint_rows() {
-        joint_rows::find(model, settings, state, data);
-    }
-    if data.contacts.is_empty() && data.joint_rows.is_empty() {
+    find_rows(model, settings, state, data);
+    if data.contacts.is_empty() && data.joint_rows.is_empty() && data.ties.is_empty() {
         return;
     }
     let mut scratch = Scratch::of(model, data);
@@ -52,7 +49,7 @@ pub fn constrain_at(model: &Model, settings: &Settings, state: &State, a: &[f64]
     islands.find(model, data);
     for group in 0..model.trees.len() {
         let (_, contacts, joints) = islands.group(group);
-        if contacts.is_empty() && joints.is_empty() {
+        if contacts.is_empty() && joints.is_empty() && islands.ties(group).is_empty() {
             continue;
         }
         let task = Task { model, settings, state, data };
@@ -98,7 +95,7 @@ pub fn tangent(model: &Model, settings: &Settings, state: &State, a: &[f64], dat
         starts.push(dofs.len());
         let (at, n) = (blocks.len(), dofs.len() - first);
         blocks.resize(at + n * n, 0.0);
-        if contacts.is_empty() && joints.is_empty() {
+        if contacts.is_empty() && joints.is_empty() && islands.ties(group).is_empty() {
             continue;
         }
         assemble(&Task { model, settings, state, data }, islands, group, island);
@@ -175,6 +172,9 @@ impl Island {
                 Source::Contact(i) if k == 0 => data.contacts[i].dist += h * change,
                 Source::Joint(i) if k == 0 && data.joint_rows[i].kind != JointRowKind::DryFriction => {
                     data.joint_rows[i].violation += h * change;
+                }
+                Source::Tie(i) if k < c.cone.dim && data.ties[i].kind != TieKind::DryFriction => {
+                    data.ties[i].violation[k] += h * change;
                 }
                 _ => {}
             }

@@ -10,7 +10,7 @@
 //! Vectors of a tree are padded with zeros to an even length, at least six. `scale` is the inverse of S's diagonal.
 
 use super::rows::{Row, SIX};
-use crate::data::{Data, JointRow, Mover};
+use crate::data::{Data, Mover};
 use crate::math::{Vec3, vec3};
 use crate::model::{FreeBody, Model, Tree};
 
@@ -139,14 +139,14 @@ fn force_on_free_joint(free: &FreeBody, tree: &Tree, data: &Data, wrench: &[f64]
     [force.x, force.y, force.z, about_origin.x, about_origin.y, about_origin.z]
 }
 
-/// A row of a free joint's dofs in the coordinates of its mover.
+/// A row of a free joint's dofs, from its dof `first` on, in the coordinates of its mover.
 ///
 ///     qacc_i = a_com,i − ((P α) × l)_i = … + α · Pᵀ(e_i × l) for i < 3,   qacc_i = (axes α)_i for the others
-pub fn row_of_mover(free: &FreeBody, tree: &Tree, data: &Data, row: &JointRow) -> Row {
+pub fn row_of_mover(free: &FreeBody, tree: &Tree, data: &Data, first: usize, entries: &[f64]) -> Row {
     let (mover, xpos): (&Mover, _) = (&data.movers[tree.bodies.start], &data.xpos[tree.bodies.start]);
     let mut out = [0.0; SIX];
-    for (i, entry) in row.entries.iter().enumerate().take(row.n) {
-        let dof = row.dof + i - tree.dofs.start;
+    for (i, entry) in entries.iter().enumerate() {
+        let dof = first + i - tree.dofs.start;
         let turn = if dof < 3 {
             out[dof] += entry;
             mover.axes.tr_mul(&Vec3::ith(dof, 1.0).cross(&(mover.com - xpos)))

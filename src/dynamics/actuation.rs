@@ -7,8 +7,9 @@ use std::f64::consts::TAU;
 use super::links::NONE;
 use super::passive::between;
 use super::spatial::{ang, join, lin};
+use super::tendon;
 use crate::data::Data;
-use crate::math::{MIN_VAL, Quat, Vec6, mat, quat, vec3};
+use crate::math::{MIN_VAL, Quat, Vec3, Vec6, mat, quat, vec3};
 use crate::model::{Activation, Actuator, JointKind, Model, Transmission};
 use crate::state::State;
 
@@ -48,6 +49,10 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
         }
         data.actuator_input[i] = input;
         data.actuator_force[i] = force;
+    }
+    bound_tendons(model, data);
+    for (i, actuator) in model.actuators.iter().enumerate() {
+        let force = data.actuator_force[i];
         let Data { plan, moments, qfrc_actuator, .. } = data;
         match plan.moments[i] {
             None => {
@@ -67,6 +72,21 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
     let Data { plan, qfrc_actuator, .. } = data;
     for &(dof, [low, high]) in &plan.force_ranges {
         qfrc_actuator[dof] = qfrc_actuator[dof].max(low).min(high);
+    }
+}
+
+/// Scales the forces of actuators on one tendon so that their sum is within its `actuatorfrcrange`.
+fn bound_tendons(model: &Model, data: &mut Data) {
+    let Data { plan, actuator_force, ten_bounded, .. } = data;
+    for &(tendon, [low, high]) in &plan.tendon_ranges {
+        let acts = |actuator: &Actuator| actuator.transmission == Transmission::Tendon(tendon);
+        let pulls = || model.actuators.iter().zip(0..).filter(|(a, _)| acts(a)).map(|(_, i): (_, usize)| i);
+        let sum: f64 = pulls().map(|i| actuator_force[i]).sum();
+        let bounded = sum.max(low).min(high);
+        ten_bounded[tendon] = sum <= low || sum >= high;
+        if bounded != sum {
+            pulls().for_each(|i| actuator_force[i] *= bounded / sum);
+        }
     }
 }
 
@@ -159,7 +179,7 @@ pub fn joint_gear<'a>(model: &Model, actuator: &'a Actuator) -> (usize, &'a [f64
         Transmission::Joint(j) | Transmission::JointInParent(j) => {
             (model.joints[j].dofadr, &actuator.gear[..model.joints[j].kind.nv()])
         }
-        Transmission::Site { .. } => (0, &[]),
+        Transmission::Site { .. } | Transmission::Tendon(_) | Transmission::SliderCrank { .. } => (0, &[]),
     }
 }
 
@@ -168,8 +188,10 @@ pub fn joint_gear<'a>(model: &Model, actuator: &'a Actuator) -> (usize, &'a [f64
 ///     site:           Jᵀ [R g_lin, R g_ang],   R of the site, J its Jacobian
 ///     with refsite:   (J − J_ref)ᵀ [R g_lin, R g_ang],   R of the reference; without dofs that move both
 ///     jointinparent:  [g_lin, R⁻¹ g_ang],   R the rotation of the joint
+///     tendon:         gear J
+///     slider-crank:   gear (a·J_v (1 − a·v/s) + v·J_v/s + v·J_a (1 − a·v/s)),   see [`length`]
 ///
-/// Reads: poses, cdof. Writes: moments.
+/// Reads: poses, cdof, tendons. Writes: moments.
 fn transmit(model: &Model, state: &State, i: usize, data: &mut Data) {
     let (Some(at), actuator) = (data.plan.moments[i], &model.actuators[i]) else { return };
     let mut moments = std::mem::take(&mut data.moments);
@@ -199,8 +221,46 @@ fn transmit(model: &Model, state: &State, i: usize, data: &mut Data) {
                 clear_common(&data.plan.dof_parent, a, b, row);
             }
         }
+        Transmission::Tendon(t) => tendon::push(&data.plan.tendons[t], &data.ten_j, actuator.gear[0], row),
+        Transmission::SliderCrank { crank, slider, rod } => {
+            let Crank { axis, arm, way, root, .. } = Crank::new(model, data, crank, slider, rod);
+            let share = if root > 0.0 { 1.0 - way / root } else { 1.0 };
+            let by_arm = if root > 0.0 { axis * share + arm / root } else { axis };
+            let by_axis = arm * share;
+            let gear = actuator.gear[0];
+            let [(at_crank, crank), (at_slider, slider)] = [crank, slider].map(|s| {
+                let site = &model.sites[s];
+                (site.body, data.xpos[site.body] + data.xmat[site.body] * site.pos)
+            });
+            super::each_column(model, data, at_crank, &crank, |d, column| row[d] += gear * lin(&column).dot(&by_arm));
+            super::each_column(model, data, at_slider, &slider, |d, column| {
+                row[d] += gear * (ang(&column).cross(&axis).dot(&by_axis) - lin(&column).dot(&by_arm));
+            });
+        }
     }
     data.moments = moments;
+}
+
+/// Where a slider-crank is: a axis of the slider, v from the slider's site to the crank's, s root of (a·v)² + rod² − v·v; 0
+/// where the rod is too short.
+struct Crank {
+    axis: Vec3,
+    arm: Vec3,
+    /// a·v
+    way: f64,
+    /// s
+    root: f64,
+}
+
+impl Crank {
+    fn new(model: &Model, data: &Data, crank: usize, slider: usize, rod: f64) -> Crank {
+        let place = |s: usize| data.xpos[model.sites[s].body] + data.xmat[model.sites[s].body] * model.sites[s].pos;
+        let arm = place(crank) - place(slider);
+        let axis = data.xmat[model.sites[slider].body] * (model.sites[slider].quat * Vec3::z());
+        let way = axis.dot(&arm);
+        let root = (way * way + rod * rod - arm.norm_squared()).max(0.0).sqrt();
+        Crank { axis, arm, way, root }
+    }
 }
 
 /// row += sign Jᵀ wrench, J of the site's origin.
@@ -254,6 +314,8 @@ pub fn velocity(model: &Model, state: &State, data: &Data, i: usize) -> f64 {
 ///
 ///     slide, hinge  gear q,   ball  gear · rotation vector,   free joint, site  0
 ///     site with refsite  g_lin · R_refᵀ (x − x_ref) + g_ang · rotation vector from the reference to the site
+///     tendon        gear L
+///     slider-crank  gear (a·v − √((a·v)² + rod² − v·v))      a axis of the slider, v from the slider to the crank
 pub fn length(model: &Model, state: &State, data: &Data, i: usize) -> f64 {
     let actuator = &model.actuators[i];
     let gear = &actuator.gear;
@@ -268,6 +330,11 @@ pub fn length(model: &Model, state: &State, data: &Data, i: usize) -> f64 {
             }
         }
         Transmission::Site { reference: None, .. } => 0.0,
+        Transmission::Tendon(t) => gear[0] * data.ten_length[t],
+        Transmission::SliderCrank { crank, slider, rod } => {
+            let crank = Crank::new(model, data, crank, slider, rod);
+            gear[0] * (crank.way - crank.root)
+        }
         Transmission::Site { site, reference: Some(reference) } => {
             let [(x, q), (x_ref, q_ref)] = [site, reference].map(|s| {
                 let site = &model.sites[s];
@@ -280,7 +347,7 @@ pub fn length(model: &Model, state: &State, data: &Data, i: usize) -> f64 {
 
 /// The derivative of an actuator's force by its velocity: zero where the force, or that of its joint, is clamped.
 ///
-/// Reads: actuator_input, actuator_force, qfrc_actuator.
+/// Reads: actuator_input, actuator_force, qfrc_actuator, ten_bounded.
 pub fn velocity_gain(model: &Model, data: &Data, i: usize) -> f64 {
     let actuator = &model.actuators[i];
     let clamped = |range: Option<[f64; 2]>, force: f64| range.is_some_and(|[low, high]| force <= low || force >= high);
@@ -292,6 +359,11 @@ pub fn velocity_gain(model: &Model, data: &Data, i: usize) -> f64 {
         if clamped(joint.actfrcrange, data.qfrc_actuator[joint.dofadr]) {
             return 0.0;
         }
+    }
+    if let Transmission::Tendon(t) = actuator.transmission
+        && data.ten_bounded[t]
+    {
+        return 0.0;
     }
     actuator.bias[2] + actuator.gain[2] * data.actuator_input[i]
 }

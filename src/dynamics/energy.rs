@@ -1,6 +1,6 @@
 //! Conserved quantities: energy and momentum. Not part of a step.
 
-use super::{inertia, spatial};
+use super::{inertia, spatial, tendon};
 use crate::data::Data;
 use crate::math::Vec3;
 use crate::model::Model;
@@ -27,6 +27,8 @@ pub struct Momentum {
 /// Energy of all that moves.
 ///
 ///     T = ½ Σ V·I V + ½ Σ armature q̇²,   U = −Σ m g·x_com + ½ Σ k (stretch)²
+///
+/// Tendons have both, too: ½ armature L̇², as far as M has it, and the energy of their springs.
 ///
 /// Brings the kinematics in `data` to the state.
 pub fn energy(model: &Model, state: &State, data: &mut Data) -> Energy {
@@ -56,6 +58,15 @@ pub fn energy(model: &Model, state: &State, data: &mut Data) -> Energy {
         let joint = &model.joints[j];
         let (stretch, n) = super::passive::stretch(model, joint, &state.qpos);
         energy.potential += 0.5 * joint.stiffness * stretch[..n].iter().map(|s| s * s).sum::<f64>();
+    }
+    if !model.tendons.is_empty() {
+        tendon::tendons(model, &state.qpos, &state.qvel, data);
+        energy.kinetic += tendon::kinetic_energy(model, &state.qvel, data);
+        for (i, tendon) in model.tendons.iter().enumerate() {
+            if model.opt.flags.spring {
+                energy.potential += tendon::energy(tendon, data.ten_length[i]);
+            }
+        }
     }
     energy
 }

@@ -6,6 +6,8 @@
 
 pub(crate) mod actuation;
 pub(crate) mod bias;
+pub(crate) mod blocks;
+pub(crate) mod carried;
 pub mod energy;
 pub(crate) mod factor;
 mod fluid;
@@ -18,6 +20,8 @@ pub(crate) mod plan;
 pub(crate) mod planar;
 pub(crate) mod plane;
 pub mod spatial;
+pub mod tendon;
+pub(crate) mod wrap;
 
 use crate::data::Data;
 use crate::math::{Vec3, Vec6, mat, quat};
@@ -44,6 +48,7 @@ pub fn prepare(model: &Model, data: &mut Data) {
         }
     }
     kinematics(model, &model.qpos0, data);
+    tendon::tendons(model, &model.qpos0, &vec![0.0; model.nv], data);
 }
 
 /// Where everything that moves is.
@@ -66,6 +71,8 @@ pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
 /// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth and, as if nothing else pushed,
 ///         qacc; vel and acc of the movers; for trees that are not free bodies also qm, qld, qfrc_bias, qfrc_smooth.
 pub fn smooth(model: &Model, state: &State, data: &mut Data) {
+    tendon::tendons(model, &state.qpos, &state.qvel, data);
+    tendon::rates(model, &state.qvel, data);
     passive::passive(model, &state.qpos, &state.qvel, data);
     actuation::actuate(model, state, data);
     let applied = !state.xfrc_applied.is_empty() || !state.qfrc_applied.is_empty();
@@ -90,10 +97,11 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
     bias::velocities(model, t, &state.qvel, data);
     if let Some(plane) = data.plan.planes[t] {
         planar::bias(model, t, &plane, gravity, &state.qvel, data);
-    } else if tree.rotates {
+    } else if data.plan.varies[t] {
         inertia::links(model, t, data);
         bias::bias(model, t, gravity, &state.qvel, data);
     }
+    tendon::add_bias(model, t, data);
     for d in dofs.clone() {
         data.qfrc_smooth[d] = data.qfrc_passive[d] + data.qfrc_actuator[d] - data.qfrc_bias[d];
     }
@@ -104,7 +112,7 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
         actuation::apply(model, b, &state.xfrc_applied[b], data);
     }
     data.qacc_smooth[dofs.clone()].copy_from_slice(&data.qfrc_smooth[dofs.clone()]);
-    if !tree.rotates {
+    if !data.plan.varies[t] {
         data.plan.pattern.solve(&dofs, &data.qld, &mut data.qacc_smooth[dofs.clone()]);
     } else {
         if data.plan.planes[t].is_some() {
@@ -112,6 +120,7 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
         } else {
             inertia::matrix(model, t, data);
         }
+        tendon::add_inertia(model, t, data);
         factor_m(model, t, data);
         data.plan.pattern.substitute(&dofs, &data.qld, &mut data.qacc_smooth[dofs.clone()]);
     }
@@ -203,6 +212,7 @@ pub fn mocap(model: &Model, state: &State, data: &mut Data) {
 pub fn inertia_matrix(model: &Model, t: usize, data: &mut Data) {
     inertia::links(model, t, data);
     inertia::matrix(model, t, data);
+    tendon::add_inertia(model, t, data);
     factor_m(model, t, data);
 }
 

@@ -1,7 +1,8 @@
-//! Springs and dampers in joints. Source: MuJoCo 4.0 manual, Computation › Passive forces.
+//! Springs and dampers in joints and tendons. Source: MuJoCo 4.0 manual, Computation › Passive forces.
 
 use super::fluid;
 use super::spatial::lin;
+use super::tendon;
 use crate::data::Data;
 use crate::math::{Quat, Vec3, quat, vec3};
 use crate::model::{Joint, JointKind, Model};
@@ -11,11 +12,18 @@ use crate::model::{Joint, JointKind, Model};
 ///     slide, hinge:  f = −k (q − springref) − d q̇
 ///     ball:          f = −k log(q₀⁻¹ q) − d ω           (body axes)
 ///     free:          f = −k (p − p₀), then as ball       (p₀, q₀ from qpos0)
+///     tendon:        Jᵀ f                                 f: see [`tendon::passive`]
 ///
-/// Reads: qpos, qvel. Writes: qfrc_passive (nv).
+/// Reads: qpos, qvel, tendons. Writes: qfrc_passive (nv).
 pub fn passive(model: &Model, qpos: &[f64], qvel: &[f64], data: &mut Data) {
     let Data { plan, qfrc_passive, .. } = data;
-    if plan.springs.is_empty() && plan.dampers.is_empty() && plan.gravcomp.is_empty() && plan.fluid.is_empty() {
+    let tendons = &plan.pulling_tendons;
+    if plan.springs.is_empty()
+        && plan.dampers.is_empty()
+        && plan.gravcomp.is_empty()
+        && plan.fluid.is_empty()
+        && tendons.is_empty()
+    {
         return;
     }
     qfrc_passive.fill(0.0);
@@ -29,7 +37,12 @@ pub fn passive(model: &Model, qpos: &[f64], qvel: &[f64], data: &mut Data) {
     for &d in &plan.dampers {
         qfrc_passive[d] -= model.dofs[d].damping * qvel[d];
     }
-    if !plan.gravcomp.is_empty() {
+    for k in 0..data.plan.pulling_tendons.len() {
+        let i = data.plan.pulling_tendons[k];
+        let force = tendon::passive(model, data, i);
+        tendon::push(&data.plan.tendons[i], &data.ten_j, force, &mut data.qfrc_passive);
+    }
+    if !data.plan.gravcomp.is_empty() {
         compensate(model, data);
     }
     if !data.plan.fluid.is_empty() {

@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
+use super::blocks::{Block, blocks};
 use super::factor::Pattern;
 use super::links::{Link, Mount, NONE, links, mount};
 use super::plane::Plane;
 use crate::math::{MIN_VAL, Mat3, Vec3, mat};
-use crate::model::{Actuator, Joint, JointKind, Model, Transmission, Tree};
+use crate::model::{Actuator, EqualityKind, Joint, JointKind, Model, Tendon, Transmission, Tree};
 
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
@@ -28,6 +29,25 @@ pub struct Plan {
     pub force_ranges: Vec<(usize, [f64; 2])>,
     /// Bodies that feel the medium.
     pub fluid: Vec<usize>,
+    /// Trees that a row of J of each tendon touches, and of each equality.
+    pub tendons: Vec<Vec<Block>>,
+    pub equalities: Vec<Vec<Block>>,
+    /// Numbers of all these rows.
+    pub tendon_numbers: usize,
+    pub equality_numbers: usize,
+    /// Tendons that have a spring or a damper, that have inertia, that have limits, that have dry friction.
+    pub pulling_tendons: Vec<usize>,
+    pub inert_tendons: Vec<usize>,
+    pub limited_tendons: Vec<usize>,
+    pub dry_tendons: Vec<usize>,
+    /// Tendons along which the sum of actuator forces is bounded.
+    pub tendon_ranges: Vec<(usize, [f64; 2])>,
+    /// Whether equalities hold.
+    pub equality: bool,
+    /// Whether M of a tree is diagonal whatever its position, so that implicit integrators take no more of it (by tree).
+    pub simple: Vec<bool>,
+    /// Whether the inertia matrix of a tree varies: joints turn it, or a tendon has inertia (by tree).
+    pub varies: Vec<bool>,
     /// What is placed from outside: bodies with what is welded to them, and their geoms that can touch something.
     pub mocap: Vec<usize>,
     pub mocap_geoms: Vec<Posed>,
@@ -73,7 +93,7 @@ impl Plan {
         let damped: Vec<bool> = model.trees.iter().map(|t| t.dofs.clone().any(damps)).collect();
         let mut implicit = damped.clone();
         for actuator in model.actuators.iter().filter(|a| flags.actuation && a.depends_on_velocity()) {
-            for body in actuator.transmission.bodies(&model.joints, &model.sites).into_iter().flatten() {
+            for body in actuator.transmission.bodies(&model.joints, &model.sites, &model.geoms, &model.tendons) {
                 if let Some(tree) = model.bodies[body].tree {
                     implicit[tree] = true;
                 }
@@ -85,7 +105,7 @@ impl Plan {
             let plain = match actuator.transmission {
                 Transmission::Joint(_) => true,
                 Transmission::JointInParent(j) => !turned(j),
-                Transmission::Site { .. } => false,
+                Transmission::Site { .. } | Transmission::Tendon(_) | Transmission::SliderCrank { .. } => false,
             };
             (!plain).then(|| {
                 rows += 1;
@@ -100,6 +120,37 @@ impl Plan {
         let dragged = |b: &usize| model.bodies[*b].tree.is_some() && model.bodies[*b].mass >= MIN_VAL;
         let in_medium = model.opt.medium() && (flags.spring || flags.damper);
         let fluid = (1..model.bodies.len()).filter(|b| in_medium && dragged(b)).collect();
+        let (mut tendon_numbers, mut equality_numbers) = (0, 0);
+        let tendons: Vec<Vec<Block>> = model
+            .tendons
+            .iter()
+            .map(|tendon| {
+                let bodies = tendon.bodies(&model.joints, &model.sites, &model.geoms).into_iter();
+                blocks(model, bodies.filter_map(|b| model.bodies[b].tree), 1, &mut tendon_numbers)
+            })
+            .collect();
+        for (blocks, tendon) in tendons.iter().zip(&model.tendons) {
+            if flags.damper && tendon.damping != [0.0; 3] {
+                blocks.iter().for_each(|block| implicit[block.tree] = true);
+            }
+        }
+        let equalities = model
+            .equalities
+            .iter()
+            .map(|equality| {
+                let trees = tied_trees(model, &equality.kind, &tendons).into_iter();
+                blocks(model, trees, rows_of(&equality.kind), &mut equality_numbers)
+            })
+            .collect();
+        let mut inert = vec![false; model.trees.len()];
+        for (blocks, _) in tendons.iter().zip(&model.tendons).filter(|(_, tendon)| tendon.armature != 0.0) {
+            blocks.iter().for_each(|block| inert[block.tree] = true);
+        }
+        let varies = model.trees.iter().zip(&inert).map(|(tree, inert)| tree.rotates || *inert).collect();
+        let tendons_that = |has: &dyn Fn(&Tendon) -> bool| {
+            (0..model.tendons.len()).filter(|&i| has(&model.tendons[i])).collect::<Vec<_>>()
+        };
+        let pulls = |t: &Tendon| flags.spring && t.stiffness != [0.0; 3] || flags.damper && t.damping != [0.0; 3];
         let borne = |d: &usize| !gravcomp.is_empty() && model.joints[model.dofs[*d].joint].actgravcomp;
         let borne = (0..model.nv).filter(borne).collect();
         let force_range = |joint: &Joint| Some((joint.dofadr, joint.actfrcrange?));
@@ -124,6 +175,18 @@ impl Plan {
             borne,
             force_ranges: model.joints.iter().filter_map(force_range).collect(),
             fluid,
+            pulling_tendons: tendons_that(&pulls),
+            inert_tendons: tendons_that(&|t| t.armature != 0.0),
+            limited_tendons: tendons_that(&|t| limits && t.range.is_some()),
+            dry_tendons: tendons_that(&|t| dry && t.frictionloss > 0.0),
+            tendon_ranges: (0..tendons.len()).filter_map(|i| Some((i, model.tendons[i].actfrcrange?))).collect(),
+            tendons,
+            equalities,
+            tendon_numbers,
+            equality_numbers,
+            equality: flags.constraint && flags.equality && !model.equalities.is_empty(),
+            simple: (0..model.trees.len()).map(|t| simple(model, &model.trees[t]) && !inert[t]).collect(),
+            varies,
             mocap: mocap(model),
             mocap_geoms: touching(model, false).into_iter().filter(|g| model.bodies[g.body].weld != 0).collect(),
             eulerdamp: flags.eulerdamp && damped.contains(&true),
@@ -145,9 +208,19 @@ impl Plan {
 }
 
 impl Plan {
-    /// Whether there are limits or dry friction.
+    /// Whether there are limits or dry friction of joints.
     pub fn joint_rows(&self) -> bool {
         !self.limited.is_empty() || !self.dry.is_empty()
+    }
+
+    /// Whether there are equalities, or limits or dry friction of tendons.
+    pub fn ties(&self) -> bool {
+        self.equality || !self.limited_tendons.is_empty() || !self.dry_tendons.is_empty()
+    }
+
+    /// Equalities, and rows that tendons can have at the same time.
+    pub fn most_ties(&self, model: &Model) -> usize {
+        model.equalities.len() + 2 * self.limited_tendons.len() + self.dry_tendons.len()
     }
 
     /// The bodies of a tree that have joints, parents first.
@@ -158,6 +231,51 @@ impl Plan {
     /// The bodies of a tree that are welded to another.
     pub fn welded_in(&self, tree: usize) -> &[usize] {
         &self.welded[self.welded_in[tree].clone()]
+    }
+}
+
+/// A lone body in the frame of its inertia whose joints are at its origin and along its axes, one of them turning at most.
+///
+/// Source: MuJoCo 4.0 manual, XML reference › body › simple.
+fn simple(model: &Model, tree: &Tree) -> bool {
+    let body = &model.bodies[tree.bodies.start];
+    let joints = &model.joints[body.joints.clone()];
+    let along_axis = |j: &Joint| j.axis.iter().filter(|x| **x != 0.0).count() == 1;
+    let centred = |j: &Joint| match j.kind {
+        // Its six dofs are taken as they are.
+        JointKind::Free => false,
+        JointKind::Ball => j.pos == Vec3::zeros(),
+        JointKind::Slide | JointKind::Hinge => j.pos == Vec3::zeros() && along_axis(j),
+    };
+    tree.bodies.len() == 1
+        && body.ipos == Vec3::zeros()
+        && body.iquat.w.abs() == 1.0
+        && joints.iter().all(centred)
+        && joints.iter().filter(|j| matches!(j.kind, JointKind::Hinge | JointKind::Ball)).count() <= 1
+}
+
+/// Scalar rows of an equality.
+pub fn rows_of(kind: &EqualityKind) -> usize {
+    match kind {
+        EqualityKind::Joint { .. } | EqualityKind::Tendon { .. } => 1,
+        EqualityKind::Connect(_) => 3,
+        EqualityKind::Weld { .. } => 6,
+    }
+}
+
+/// The trees that an equality ties.
+fn tied_trees(model: &Model, kind: &EqualityKind, tendons: &[Vec<Block>]) -> Vec<usize> {
+    let of_body = |b: usize| model.bodies[b].tree;
+    match kind {
+        EqualityKind::Joint { joints: (a, b), .. } => {
+            [Some(*a), *b].into_iter().flatten().filter_map(|j| of_body(model.joints[j].body)).collect()
+        }
+        EqualityKind::Tendon { tendons: (a, b), .. } => {
+            [Some(*a), *b].into_iter().flatten().flat_map(|t| tendons[t].iter().map(|block| block.tree)).collect()
+        }
+        EqualityKind::Connect(anchors) | EqualityKind::Weld { anchors, .. } => {
+            anchors.iter().filter_map(|anchor| of_body(anchor.place(&model.sites).0)).collect()
+        }
     }
 }
 

@@ -2,7 +2,9 @@
 
 use super::{Integrator, add_scaled, displace, semi_implicit_euler};
 use crate::data::Data;
-use crate::dynamics::actuation;
+use crate::dynamics::factor::Row;
+use crate::dynamics::plan::Plan;
+use crate::dynamics::{actuation, tendon};
 use crate::forward::{Method, begin};
 use crate::math::{Mat3, Mat6, Vec3, Vec6, cross, vec3};
 use crate::model::{FreeBody, JointKind, Model, Tree};
@@ -110,9 +112,9 @@ fn articulated(model: &Model, t: usize, h: f64, data: &mut Data) {
     plan.pattern.substitute(dofs, &stages.qh, acc);
 }
 
-/// M + h D of a tree, D from joint dampers and from actuators whose force depends on velocity.
+/// M + h D of a tree, D from dampers of joints and tendons and from actuators whose force depends on velocity.
 ///
-///     D = Σ damping_j e_j e_jᵀ − Σ (∂force/∂velocity) gear gearᵀ
+///     D = Σ damping_j e_j e_jᵀ + Σ damping J_tendonᵀ J_tendon − Σ (∂force/∂velocity) gear gearᵀ
 ///
 /// Writes: qh of the stages.
 fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
@@ -124,6 +126,13 @@ fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
     for &d in plan.dampers.iter().filter(|d| dofs.contains(d)) {
         qh[rows[d - dofs.start].diagonal()] += h * model.dofs[d].damping;
     }
+    let tendons = if model.opt.flags.damper { &plan.pulling_tendons[..] } else { &[] };
+    for &i in tendons {
+        let slope = tendon::damping(&model.tendons[i], data.ten_velocity[i]);
+        let Some(own) = plan.tendons[i].iter().find(|block| block.tree == t) else { continue };
+        let moment = &data.ten_j[own.at..own.at + dofs.len()];
+        add_outer(plan, t, rows, -h * slope, moment, &mut qh);
+    }
     let acting = if model.opt.flags.actuation { &model.actuators[..] } else { &[] };
     for (i, actuator) in acting.iter().enumerate() {
         let gain = actuation::velocity_gain(model, data, i);
@@ -132,11 +141,7 @@ fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
         }
         if let Some(at) = plan.moments[i] {
             let moment = &moments[at..at + model.nv][dofs.clone()];
-            for (row, a) in rows.iter().zip(moment).filter(|(_, a)| **a != 0.0) {
-                for (m, entry) in qh[row.entries()].iter_mut().zip(plan.pattern.entries(row)) {
-                    *m -= h * gain * a * moment[entry.column];
-                }
-            }
+            add_outer(plan, t, rows, -h * gain, moment, &mut qh);
             continue;
         }
         let (first, gear) = actuation::joint_gear(model, actuator);
@@ -151,6 +156,17 @@ fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
         }
     }
     data.stages.qh = qh;
+}
+
+/// Adds factor · moment momentᵀ of a tree to its matrix, where that has entries.
+fn add_outer(plan: &Plan, t: usize, rows: &[Row], factor: f64, moment: &[f64], qh: &mut [f64]) {
+    for ((row, a), own) in rows.iter().zip(moment).zip(0..).filter(|((_, a), _)| **a != 0.0) {
+        for (m, entry) in qh[row.entries()].iter_mut().zip(plan.pattern.entries(row)) {
+            if entry.column == own || !plan.simple[t] {
+                *m += factor * a * moment[entry.column];
+            }
+        }
+    }
 }
 
 /// Implicit acceleration of a body on a free joint that has armature, a spring, a damper or an actuator.

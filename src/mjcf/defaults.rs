@@ -65,8 +65,14 @@ impl Classes {
     }
 
     /// What a class gives an element; nothing if there is no such class.
-    pub fn values(&self, class: &str, element: &str) -> Values {
-        self.classes.get(class).and_then(|c| c.get(&family(element))).cloned().unwrap_or_default()
+    pub fn values(&self, class: &str, parent: &str, element: &str) -> Values {
+        let family = match parent {
+            // What they tie together has its own defaults elsewhere.
+            "fixed" | "spatial" => return Values::new(),
+            "tendon" | "equality" => parent.to_string(),
+            _ => family(element),
+        };
+        self.classes.get(class).and_then(|c| c.get(&family)).cloned().unwrap_or_default()
     }
 }
 

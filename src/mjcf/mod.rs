@@ -28,6 +28,7 @@ pub mod source;
 pub mod spec;
 mod suggestions;
 mod table;
+mod ties;
 
 use std::path::Path;
 

@@ -37,6 +37,8 @@ pub fn read(document: &Document, root: NodeId, names: &Names, problems: &mut Vec
         world: Body { name: Some("world".to_string()), ..Body::default() },
         pairs: Vec::new(),
         excludes: Vec::new(),
+        tendons: Vec::new(),
+        equalities: Vec::new(),
         actuators: Vec::new(),
         sensors: Vec::new(),
         keyframes: Vec::new(),
@@ -49,6 +51,12 @@ pub fn read(document: &Document, root: NodeId, names: &Names, problems: &mut Vec
     }
     for node in sections("contact").into_iter().chain(sections("custom")).chain(sections("keyframe")) {
         reader.section(node, &mut spec);
+    }
+    for node in sections("tendon") {
+        spec.tendons.extend(reader.tendons(node));
+    }
+    for node in sections("equality") {
+        spec.equalities.extend(reader.equalities(node));
     }
     for node in sections("actuator") {
         spec.actuators.extend(reader.actuators(node));
@@ -110,7 +118,7 @@ impl Reader<'_> {
         let element = &self.document.node(node).name;
         let row = schema::find(parent, element).filter(|row| !matches!(row.status, schema::Status::Unsupported(..)))?;
         let class = self.document.attribute(node, "class").map_or(class, |a| a.value.as_str());
-        let item = self.overlaid(node, row, self.classes.values(class, element));
+        let item = self.overlaid(node, row, self.classes.values(class, parent, element));
         let lint = if self.degree { lints::radians } else { lints::degrees };
         lint(self.document, node, row, &item.values, self.problems);
         self.inherited_references(&item);
@@ -336,7 +344,7 @@ impl Reader<'_> {
         let kind = SensorKind::ALL.iter().copied().find(|kind| kind.name() == element)?;
         let word = |name: &str| item.word(name).to_string();
         let named = |of: &str| (of.to_string(), word(of));
-        let object = ["joint", "actuator", "body"].into_iter().find(|of| item.given(of));
+        let object = ["joint", "actuator", "tendon", "body"].into_iter().find(|of| item.given(of));
         let (object, reference) = match object {
             Some(of) => (named(of), None),
             _ if item.given("objname") => {
@@ -441,7 +449,7 @@ impl Reader<'_> {
         })
     }
 
-    /// The first of joint, jointinparent and site that is given.
+    /// The first of joint, jointinparent, tendon, slider-crank and site that is given.
     fn transmission(&mut self, item: &Item, element: &str) -> Transmission {
         let word = |name: &str| item.word(name).to_string();
         if item.given("refsite") && !item.given("site") {
@@ -452,6 +460,12 @@ impl Reader<'_> {
         }
         if item.given("jointinparent") {
             return Transmission::JointInParent(word("jointinparent"));
+        }
+        if item.given("tendon") {
+            return Transmission::Tendon(word("tendon"));
+        }
+        if item.given("cranksite") || item.given("slidersite") {
+            return self.slider_crank(item, element);
         }
         if item.given("site") {
             return Transmission::Site {
@@ -464,6 +478,26 @@ impl Reader<'_> {
             self.report(kind, self.document.span(item.node));
         }
         Transmission::None
+    }
+
+    fn slider_crank(&mut self, item: &Item, element: &str) -> Transmission {
+        if let Some(missing) = ["cranksite", "slidersite", "cranklength"].into_iter().find(|name| !item.given(name)) {
+            let kind = ProblemKind::MissingAttribute { element: element.into(), attribute: missing.into() };
+            let problem = Problem::new(kind, self.document.span(item.node));
+            self.problems.push(problem.help("a slider-crank has a crank, a slider and a rod between them"));
+            return Transmission::None;
+        }
+        let rod = item.number("cranklength");
+        if rod <= 0.0 {
+            let (attribute, rule) = ("cranklength".to_string(), "positive".to_string());
+            let kind = ProblemKind::OutOfRange { attribute, rule, word: rod.to_string() };
+            self.report(kind, self.document.value_span(item.node, "cranklength"));
+        }
+        Transmission::SliderCrank {
+            crank: item.word("cranksite").to_string(),
+            slider: item.word("slidersite").to_string(),
+            rod,
+        }
     }
 
     fn meaningless(&mut self, node: NodeId, attribute: &str, what: String, help: &str) {
@@ -516,7 +550,7 @@ impl Reader<'_> {
 
 /// Transmissions that Penny lacks; using one was reported.
 fn targets_other(attribute: &str) -> bool {
-    matches!(attribute, "tendon" | "slidersite" | "cranksite" | "body")
+    attribute == "body"
 }
 
 const MAX_NUMERIC: usize = 1_000_000;

@@ -19,6 +19,8 @@ pub struct Spec {
     pub world: Body,
     pub pairs: Vec<Pair>,
     pub excludes: Vec<Exclude>,
+    pub tendons: Vec<Tendon>,
+    pub equalities: Vec<Equality>,
     pub actuators: Vec<Actuator>,
     pub sensors: Vec<Sensor>,
     pub keyframes: Vec<Keyframe>,
@@ -232,6 +234,87 @@ pub struct Exclude {
     pub body2: String,
 }
 
+/// `<tendon><fixed>` or `<spatial>`
+#[derive(Clone, Debug)]
+pub struct Tendon {
+    pub node: NodeId,
+    pub name: Option<String>,
+    pub path: Path,
+    pub range: Option<[f64; 2]>,
+    pub limited: Option<bool>,
+    pub margin: f64,
+    pub solreflimit: [f64; 2],
+    pub solimplimit: [f64; 5],
+    pub solreffriction: [f64; 2],
+    pub solimpfriction: [f64; 5],
+    pub stiffness: [f64; 3],
+    /// (−1, −1): its length at `springref`.
+    pub springlength: [f64; 2],
+    pub damping: [f64; 3],
+    pub frictionloss: f64,
+    pub armature: f64,
+    pub actuatorfrcrange: Option<[f64; 2]>,
+    pub actuatorfrclimited: Option<bool>,
+    pub width: f64,
+    pub rgba: [f32; 4],
+}
+
+#[derive(Clone, Debug)]
+pub enum Path {
+    /// Joints and their coef.
+    Fixed(Vec<(NodeId, String, f64)>),
+    Spatial(Vec<(NodeId, Waypoint)>),
+}
+
+/// What a spatial tendon passes, by name.
+#[derive(Clone, Debug)]
+pub enum Waypoint {
+    Site(String),
+    Geom { geom: String, side: Option<String> },
+    Pulley(f64),
+}
+
+/// An element of `<equality>`.
+#[derive(Clone, Debug)]
+pub struct Equality {
+    pub node: NodeId,
+    pub name: Option<String>,
+    pub active: bool,
+    pub solref: [f64; 2],
+    pub solimp: [f64; 5],
+    pub kind: EqualityKind,
+}
+
+#[derive(Clone, Debug)]
+pub enum EqualityKind {
+    Joint {
+        joints: (String, Option<String>),
+        polycoef: [f64; 5],
+    },
+    Tendon {
+        tendons: (String, Option<String>),
+        polycoef: [f64; 5],
+    },
+    /// `weld` where a torquescale is given.
+    Bodies {
+        body1: String,
+        body2: Option<String>,
+        anchor: [f64; 3],
+        weld: Option<Weld>,
+    },
+    Sites {
+        sites: [String; 2],
+        torquescale: Option<f64>,
+    },
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Weld {
+    /// Position and quaternion; without one (0 0 0 0) the pose is that of `qpos0`.
+    pub relpose: [f64; 7],
+    pub torquescale: f64,
+}
+
 #[derive(Clone, Debug)]
 pub struct Actuator {
     pub node: NodeId,
@@ -267,6 +350,12 @@ pub enum Transmission {
     Site {
         site: String,
         reference: Option<String>,
+    },
+    Tendon(String),
+    SliderCrank {
+        crank: String,
+        slider: String,
+        rod: f64,
     },
     /// None that Penny has, which was reported.
     None,

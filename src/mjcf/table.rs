@@ -22,7 +22,7 @@ const fn nuser(name: &'static str) -> Attribute {
 }
 
 const NOT_IN_LAW: &str = "the force of contacts would differ";
-const NO_TRANSMISSION: &str = "Penny's actuators act on joints and sites";
+const NO_TRANSMISSION: &str = "Penny's actuators act on joints, tendons and sites";
 
 /// All elements of MJCF.
 pub const SCHEMA: &[Element] = &[
@@ -97,6 +97,7 @@ pub const SCHEMA: &[Element] = &[
         "option",
         &[&[
             flag("constraint", "enable"),
+            flag("equality", "enable"),
             flag("frictionloss", "enable"),
             flag("limit", "enable"),
             flag("contact", "enable"),
@@ -113,7 +114,6 @@ pub const SCHEMA: &[Element] = &[
             flag("sensor", "enable"),
             flag("override", "disable"),
             // Bookkeeping, speed, or features that no scene of Penny has.
-            flag("equality", "enable").without_effect(),
             flag("midphase", "enable").without_effect(),
             flag("autoreset", "enable").without_effect(),
             flag("nativeccd", "enable").without_effect(),
@@ -213,8 +213,9 @@ pub const SCHEMA: &[Element] = &[
     // Default classes.
     element("default", "mujoco default", &[&[text("class")]]),
     // Of what Penny cannot use anyway, the defaults do not matter.
-    silent("equality orientation pid muscle adhesion dcmotor", "default", "*").once(),
-    silent("tendon", "default", "*").typed(&[TENDON]),
+    silent("orientation pid muscle adhesion dcmotor", "default", "*").once(),
+    element("equality", "default", &[EQUALITY]),
+    element("tendon", "default", &[TENDON, DRAWN]).and("group"),
     // Bodies.
     element("worldbody", "mujoco", &[]),
     element(
@@ -560,9 +561,14 @@ pub const SCHEMA: &[Element] = &[
             ],
         ],
     ),
+    element(
+        "tendonpos tendonvel tendonactuatorfrc tendonlimitpos tendonlimitvel tendonlimitfrc",
+        "sensor",
+        &[SENSOR, &[reference("tendon", "tendon").required()]],
+    ),
     element("e_potential e_kinetic clock", "sensor", &[SENSOR]),
     silent(
-        "tendonpos tendonvel tendonactuatorfrc tendonlimitpos tendonlimitvel tendonlimitfrc camprojection distance \
+        "camprojection distance \
          normal fromto contact tactile user plugin",
         "sensor",
         "body1 body2 camera cutoff data datatype delay dim geom geom1 geom2 instance interp interval mesh needstage \
@@ -570,18 +576,51 @@ pub const SCHEMA: &[Element] = &[
     )
     .typed(&[&[name("sensor")]])
     .ignored("Penny does not measure this; the other sensors are not affected"),
-    // Other constraints.
-    unsupported("equality", "mujoco", "what it ties together would come apart", "join the bodies by nesting them"),
-    // A fixed tendon without spring, damper, limit, friction and inertia moves nothing.
-    silent("tendon", "mujoco", ""),
-    silent(
-        "fixed",
+    // Equalities.
+    element("equality", "mujoco", &[]),
+    element("connect", "equality", &[NAMED_EQUALITY, EQUALITY, BODIES, &[numbers("anchor", 3, "0 0 0", "m")]]),
+    element(
+        "weld",
+        "equality",
+        &[
+            NAMED_EQUALITY,
+            EQUALITY,
+            BODIES,
+            &[
+                numbers("anchor", 3, "0 0 0", "m"),
+                numbers("relpose", 7, "0 1 0 0 0 0 0", "m, m, m, 1"),
+                number("torquescale", "1", "m"),
+            ],
+        ],
+    ),
+    element(
+        "joint",
+        "equality",
+        &[NAMED_EQUALITY, EQUALITY, &[reference("joint1", "joint").required(), reference("joint2", "joint"), POLYCOEF]],
+    ),
+    element(
         "tendon",
-        "group margin solimpfriction solimplimit solreffriction solreflimit springlength springyield",
-    )
-    .typed(&[&[name("tendon"), class("class")], TENDON]),
-    silent("joint", "fixed", "coef").typed(&[&[reference("joint", "joint").required()]]),
-    unsupported("spatial", "tendon", "its forces and limits would be missing", "use joints with springs and ranges"),
+        "equality",
+        &[
+            NAMED_EQUALITY,
+            EQUALITY,
+            &[reference("tendon1", "tendon").required(), reference("tendon2", "tendon"), POLYCOEF],
+        ],
+    ),
+    unsupported(
+        "flex flexvert flexstrain flexplane",
+        "equality",
+        "Penny has no deformable bodies that it could hold",
+        "use rigid bodies",
+    ),
+    // Tendons.
+    element("tendon", "mujoco", &[]),
+    element("fixed", "tendon", &[&[name("tendon"), class("class")], TENDON]).and("group"),
+    element("joint", "fixed", &[&[reference("joint", "joint").required(), number("coef", "", "1").required()]]),
+    element("spatial", "tendon", &[&[name("tendon"), class("class")], TENDON, DRAWN]).and("group"),
+    element("site", "spatial", &[&[reference("site", "site").required()]]),
+    element("geom", "spatial", &[&[reference("geom", "geom").required(), reference("sidesite", "site")]]),
+    element("pulley", "spatial", &[&[number("divisor", "", "1").positive().required()]]),
     unsupported("deformable", "mujoco", "the deformable bodies would be missing", "use rigid bodies"),
     unsupported("extension", "mujoco", "its plugins would be missing", "leave it out"),
     // Data.
@@ -612,18 +651,35 @@ pub const SCHEMA: &[Element] = &[
     .and("plastic"),
 ];
 
-const NO_TENDON: &str = "the tendon would exert no force";
 const TENDON: &[Attribute] = &[
-    numbers("range", 2, "0 0", "m or rad").may_be_infinite().unsupported(NO_TENDON, "limit the joints"),
-    keyword("limited", AUTO, "auto").without_effect(),
-    up_to("stiffness", 3, "0 0 0", "N/m or N m/rad").unsupported(NO_TENDON, "give the joints springs"),
-    up_to("damping", 3, "0 0 0", "N s/m or N m s/rad").unsupported(NO_TENDON, "give the joints a `damping`"),
-    number("frictionloss", "0", "N or N m").unsupported(NO_TENDON, "give the joints a `frictionloss`"),
-    number("armature", "0", "kg or kg m²").unsupported(NO_TENDON, "give the joints an `armature`"),
-    numbers("actuatorfrcrange", 2, "0 0", "N or N m").may_be_infinite().without_effect(),
-    keyword("actuatorfrclimited", AUTO, "auto").without_effect(),
+    numbers("range", 2, "0 0", "m").may_be_infinite(),
+    keyword("limited", AUTO, "auto"),
+    number("margin", "0", "m"),
+    solref("solreflimit"),
+    solimp("solimplimit"),
+    solref("solreffriction"),
+    solimp("solimpfriction"),
+    up_to("stiffness", 3, "0 0 0", "N/m, N/m², N/m³"),
+    up_to("springlength", 2, "-1 -1", "m"),
+    number("springyield", "0", "N").unsupported("the spring would never yield", "leave it out"),
+    up_to("damping", 3, "0 0 0", "N s/m, N s²/m², N s³/m³"),
+    number("frictionloss", "0", "N").not_negative(),
+    number("armature", "0", "kg").not_negative(),
+    numbers("actuatorfrcrange", 2, "0 0", "N").may_be_infinite(),
+    keyword("actuatorfrclimited", AUTO, "auto"),
     user(),
 ];
+const DRAWN: &[Attribute] = &[
+    number("width", "0.003", "m").not_negative(),
+    numbers("rgba", 4, "0.5 0.5 0.5 1", "1").lint(Lint::Colour),
+    reference("material", "material").in_default(),
+];
+
+const NAMED_EQUALITY: &[Attribute] = &[name("equality"), class("class")];
+const EQUALITY: &[Attribute] = &[keyword("active", BOOL, "true"), solref("solref"), solimp("solimp")];
+const BODIES: &[Attribute] =
+    &[reference("body1", "body"), reference("body2", "body"), reference("site1", "site"), reference("site2", "site")];
+const POLYCOEF: Attribute = up_to("polycoef", 5, "0 1 0 0 0", "");
 
 const FRAMES: &[&str] = &["body", "xbody", "geom", "site", "camera"];
 const OBJECT: &[Attribute] =
@@ -646,11 +702,11 @@ const ACTUATOR: &[Attribute] = &[
     class("class"),
     reference("joint", "joint"),
     reference("jointinparent", "joint"),
-    reference("tendon", "tendon").unsupported("the actuator would act on nothing", NO_TRANSMISSION),
+    reference("tendon", "tendon"),
     reference("site", "site"),
     reference("refsite", "site"),
-    reference("slidersite", "site").unsupported("the actuator would act on nothing", NO_TRANSMISSION),
-    reference("cranksite", "site").unsupported("the actuator would act on nothing", NO_TRANSMISSION),
+    reference("slidersite", "site"),
+    reference("cranksite", "site"),
     numbers("lengthrange", 2, "0 0", "").may_be_infinite().without_effect(),
     up_to("gear", 6, "1 0 0 0 0 0", ""),
     numbers("ctrlrange", 2, "0 0", "").may_be_infinite(),
@@ -660,6 +716,6 @@ const ACTUATOR: &[Attribute] = &[
     number("armature", "0", "kg or kg m²").not_negative(),
     number("delay", "0", "s").unsupported("the control signal would not be delayed", "leave it out"),
     integer("nsample", "0").without_effect(),
-    number("cranklength", "0", "m").without_effect(),
+    number("cranklength", "0", "m"),
     user(),
 ];

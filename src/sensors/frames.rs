@@ -13,7 +13,9 @@ pub fn place(model: &Model, data: &Data, object: Object) -> (usize, Vec3, Quat) 
         Object::Geom(g) => (model.geoms[g].body, model.geoms[g].pos, model.geoms[g].quat),
         Object::Site(s) => (model.sites[s].body, model.sites[s].pos, model.sites[s].quat),
         Object::Xbody(b) => (b, Vec3::zeros(), Quat::identity()),
-        Object::Joint(_) | Object::Actuator(_) | Object::World => (0, Vec3::zeros(), Quat::identity()),
+        Object::Joint(_) | Object::Actuator(_) | Object::Tendon(_) | Object::World => {
+            (0, Vec3::zeros(), Quat::identity())
+        }
     };
     (body, data.xpos[body] + data.xmat[body] * pos, data.xquat[body] * quat)
 }

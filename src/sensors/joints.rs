@@ -1,10 +1,11 @@
-//! Joints, their limits, and actuators.
+//! Joints, tendons, their limits, and actuators.
 
-use crate::data::{Data, JointRowKind};
+use crate::contact::ties;
+use crate::data::{Data, JointRowKind, Tie, TieKind};
 use crate::dynamics::actuation;
 use crate::kind::SensorKind;
 use crate::math::{quat, wxyz};
-use crate::model::Model;
+use crate::model::{Actuator, Model, Transmission};
 use crate::state::State;
 
 /// Position (m, rad), velocity, force of all actuators (N, N m); of a ball joint its unit quaternion and its angular
@@ -30,6 +31,27 @@ pub fn limit(state: &State, data: &Data, kind: SensorKind, joint: usize) -> f64 
         SensorKind::JointLimitPos => row.violation,
         SensorKind::JointLimitVel => row.entries[..row.n].iter().zip(&state.qvel[row.dof..]).map(|(j, v)| j * v).sum(),
         _ => row.force,
+    }
+}
+
+/// Length, its rate, and the force of all actuators on a tendon.
+pub fn tendon(model: &Model, data: &Data, kind: SensorKind, tendon: usize) -> f64 {
+    let pulls = |a: &Actuator| a.transmission == Transmission::Tendon(tendon);
+    match kind {
+        SensorKind::TendonPos => data.ten_length[tendon],
+        SensorKind::TendonVel => data.ten_velocity[tendon],
+        _ => model.actuators.iter().zip(&data.actuator_force).filter(|(a, _)| pulls(a)).map(|(_, f)| f).sum(),
+    }
+}
+
+/// The limit of a tendon that is near, as [`limit`].
+pub fn tendon_limit(state: &State, data: &Data, kind: SensorKind, tendon: usize) -> f64 {
+    let limit = |tie: &&Tie| tie.index == tendon && matches!(tie.kind, TieKind::LowerLimit | TieKind::UpperLimit);
+    let Some(tie) = data.ties.iter().find(limit) else { return 0.0 };
+    match kind {
+        SensorKind::TendonLimitPos => tie.violation[0],
+        SensorKind::TendonLimitVel => ties::velocity(data, tie, &state.qvel)[0],
+        _ => tie.force[0],
     }
 }
 

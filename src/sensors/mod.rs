@@ -6,7 +6,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `joints` | joints, limits of joints, actuators |
+//! | `joints` | joints, tendons, their limits, actuators |
 //! | `frames` | poses, velocities and accelerations of bodies, geoms and sites |
 //! | `forces` | force and torque between a body and its parent, touch |
 //! | `subtree` | centre of mass and momentum of a body and what hangs on it |
@@ -77,6 +77,12 @@ fn measure(model: &Model, state: &State, data: &Data, motion: &Motion, sensor: &
         }
         (JointLimitPos | JointLimitVel | JointLimitForce, Object::Joint(j)) => {
             out[0] = joints::limit(state, data, sensor.kind, j);
+        }
+        (TendonPos | TendonVel | TendonActuatorForce, Object::Tendon(t)) => {
+            out[0] = joints::tendon(model, data, sensor.kind, t);
+        }
+        (TendonLimitPos | TendonLimitVel | TendonLimitForce, Object::Tendon(t)) => {
+            out[0] = joints::tendon_limit(state, data, sensor.kind, t);
         }
         (ActuatorPos | ActuatorVel | ActuatorForce, Object::Actuator(a)) => {
             out[0] = joints::actuator(model, state, data, sensor.kind, a);

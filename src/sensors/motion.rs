@@ -1,12 +1,12 @@
 //! How every body moves and is accelerated, and what its parent exerts on it: the passes that several sensors share.
 
-use crate::contact::{self, Law};
-use crate::data::Data;
+use crate::contact::{self, Law, ties};
+use crate::data::{Data, TieKind};
 use crate::dynamics::spatial::{Inertia, ang, at, cross_force, cross_motion, join, lin};
-use crate::dynamics::{self, xipos};
+use crate::dynamics::{self, tendon, xipos};
 use crate::kind::SensorKind;
 use crate::math::{Sym3, Vec3, Vec6, mat};
-use crate::model::{JointKind, Model};
+use crate::model::{JointKind, Model, Path, Transmission};
 use crate::state::State;
 
 /// Six-vectors of each body, in world axes about `origin` of its tree: the place of its first body; the world's origin
@@ -125,7 +125,7 @@ impl Motion {
 
     /// Newton–Euler, from the leaves to the roots:
     ///
-    ///     F_b = I_b A_b + V_b ×* I_b V_b − contacts − applied + Σ F_child
+    ///     F_b = I_b A_b + V_b ×* I_b V_b − contacts − equalities − spatial tendons − applied + Σ F_child
     fn forces(&mut self, model: &Model, law: &Law, state: &State, data: &Data) {
         let Motion { origin, vel, acc, force } = self;
         force.clear();
@@ -145,6 +145,22 @@ impl Motion {
             push(bodies[0], &points[0], &-f, &-n);
             push(bodies[1], &points[1], &f, &n);
         }
+        for tie in data.ties.iter().filter(|tie| tie.kind == TieKind::Equality) {
+            for (body, point, f, n) in ties::wrench(model, data, tie).into_iter().flatten() {
+                push(body, &point, &f, &n);
+            }
+        }
+        for (i, tendon) in model.tendons.iter().enumerate() {
+            let Path::Spatial(points) = &tendon.path else { continue };
+            let pull = pull(model, data, i);
+            tendon::each_segment(model, data, points, |s| {
+                if let Some(u) = s.direction() {
+                    let f = u * (pull / s.divisor);
+                    push(s.bodies[0], &s.points[0], &-f, &Vec3::zeros());
+                    push(s.bodies[1], &s.points[1], &f, &Vec3::zeros());
+                }
+            });
+        }
         for (b, wrench) in state.xfrc_applied.iter().enumerate() {
             push(b, &xipos(model, data, b), &lin(wrench), &ang(wrench));
         }
@@ -153,4 +169,27 @@ impl Motion {
             force[parent] += join(&lin(&f), &(ang(&f) + (origin[b] - origin[parent]).cross(&lin(&f))));
         }
     }
+}
+
+/// What acts along a spatial tendon, as a force that lengthens, N: spring, damper, actuators, limits, dry friction,
+/// equalities, inertia.
+fn pull(model: &Model, data: &Data, i: usize) -> f64 {
+    let tendon = &model.tendons[i];
+    let mut pull = tendon::passive(model, data, i);
+    if model.opt.flags.actuation {
+        for (actuator, force) in model.actuators.iter().zip(&data.actuator_force) {
+            if actuator.transmission == Transmission::Tendon(i) {
+                pull += actuator.gear[0] * force;
+            }
+        }
+    }
+    for tie in &data.ties {
+        pull +=
+            ties::pulls(model, data, tie).into_iter().flatten().filter(|(t, _)| *t == i).map(|(_, f)| f).sum::<f64>();
+    }
+    if tendon.armature != 0.0 {
+        let rate = tendon::product(&data.plan.tendons[i], &data.ten_j, &data.qacc);
+        pull -= tendon.armature * (rate + data.ten_rate[i]);
+    }
+    pull
 }

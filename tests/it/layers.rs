@@ -16,6 +16,7 @@ const LAYERS: &[&str] = &[
     "dynamics/links",
     "dynamics/factor",
     "dynamics/plane",
+    "dynamics/blocks",
     "dynamics/plan",
     "data",
     "state",

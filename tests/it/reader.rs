@@ -312,13 +312,61 @@ fn sensor(names: &str, attribute: &str) -> String {
     let name = names.split(' ').next().unwrap();
     let Some(row) = schema::find("sensor", name).filter(|row| row.names == names) else { return String::new() };
     let given = attribute.split('=').next().unwrap();
-    let all =
-        ["objtype='xbody'", "objname='world'", "joint='joint'", "actuator='other'", "site='other'", "body='world'"];
+    let all = [
+        "objtype='xbody'",
+        "objname='world'",
+        "joint='joint'",
+        "actuator='other'",
+        "tendon='tendon'",
+        "site='other'",
+        "body='world'",
+    ];
     let needed = all.iter().filter(|a| {
         let name = a.split('=').next().unwrap();
         row.attribute(name).is_some() && name != given
     });
     format!("<{name} {} {attribute}/>", needed.copied().collect::<Vec<_>>().join(" "))
+}
+
+/// What the scene's default class, `<equality>` and `<tendon>` hold, with one more attribute in one element.
+fn ties(element: &str, attribute: &str) -> [String; 3] {
+    let name = attribute.split('=').next().unwrap();
+    // What the element needs, but for what is given.
+    let needed = |always: &[&str]| {
+        let rest = always.iter().filter(|a| a.split('=').next() != Some(name));
+        rest.copied().chain([attribute]).collect::<Vec<_>>().join(" ")
+    };
+    let (mut default, mut equality) = (String::new(), "<joint joint1='joint'/>".to_string());
+    let fixed = |name: &str| format!("<fixed name='{name}'><joint joint='joint' coef='1'/></fixed>");
+    let mut tendon = fixed("tendon") + &fixed("second");
+    let sites = ["site1='site'", "site2='other'"];
+    match element {
+        "default equality" => default = format!("<equality {attribute}/>"),
+        "default tendon" => default = format!("<tendon {attribute}/>"),
+        "connect" | "weld" if name.starts_with("site") => equality = format!("<{element} {}/>", needed(&sites)),
+        "connect" => equality = format!("<connect {}/>", needed(&["body1='world'", "anchor='1 2 3'"])),
+        "weld" => equality = format!("<weld {}/>", needed(&["body1='world'"])),
+        "equality joint" => equality = format!("<joint {}/>", needed(&["joint1='joint'"])),
+        "equality tendon" => equality = format!("<tendon {}/>", needed(&["tendon1='second'"])),
+        "fixed" => tendon += &format!("<fixed {attribute}><joint joint='joint' coef='1'/></fixed>"),
+        "fixed joint" => {
+            tendon += &format!("<fixed><joint {}/></fixed>", needed(&["joint='joint'", "coef='1'"]));
+        }
+        "spatial" => tendon += &format!("<spatial {attribute}><site site='site'/><site site='other'/></spatial>"),
+        "spatial site" => {
+            tendon += &format!("<spatial><site site='site'/><site {}/></spatial>", needed(&["site='other'"]))
+        }
+        "spatial geom" => {
+            let geom = needed(&["geom='geom'"]);
+            tendon += &format!("<spatial><site site='site'/><geom {geom}/><site site='other'/></spatial>");
+        }
+        "spatial pulley" => {
+            let pulley = needed(&["divisor='7'"]);
+            tendon += &format!("<spatial><pulley {pulley}/><site site='site'/><site site='other'/></spatial>");
+        }
+        _ => {}
+    }
+    [default, equality, tendon]
 }
 
 /// A scene with one more attribute in one element, and what else that element needs.
@@ -332,20 +380,25 @@ fn scene_with(element: &str, attribute: &str) -> String {
     };
     // Of an actuator: what it acts on, unless the attribute says.
     let target = match attribute.split('=').next() {
-        Some("joint" | "jointinparent" | "site") => "",
+        Some("joint" | "jointinparent" | "site" | "tendon") => "",
+        Some("cranksite") => "slidersite='other' cranklength='1'",
+        Some("slidersite") => "cranksite='other' cranklength='1'",
+        Some("cranklength") => "cranksite='site' slidersite='other'",
         Some("refsite") => "site='site'",
         _ => "joint='joint'",
     };
     let only = |name: &str, always: &str| if name == element { tag(name, always) } else { String::new() };
+    let [default, equality, tendon] = ties(element, attribute);
     format!(
         "<mujoco {root}>{size}{compiler}{option}<option>{flag}</option>
-        <default><default class='special'><geom condim='1'/><joint damping='9'/><pair condim='1'/>
+        <default>{default}<default class='special'><geom condim='1'/><joint damping='9'/><pair condim='1'/>
+          <equality solref='7 1'/><tendon damping='7'/>
           <motor gear='7'/><site pos='7 0 0'/></default></default>
         <asset><material name='material'/></asset>
         <worldbody><body name='body'>{joint}<joint name='other' type='slide'/>{inertial}{geom}<geom name='other' size='1'/>{site}<site name='other'/>
           <frame {frame}><geom size='1'/></frame></body>
           {replicate}<body {body}><geom size='1'/></body><body>{freejoint}<geom size='1'/></body></worldbody>
-        <contact>{pair}{exclude}</contact>
+        <contact>{pair}{exclude}</contact><equality>{equality}</equality><tendon>{tendon}</tendon>
         <actuator>{motor}{position}{velocity}{intvelocity}{damper}{cylinder}{general}<motor name='other' joint='other'/></actuator><sensor>{sensor}</sensor>
         <custom>{numeric}{text}</custom><keyframe>{key}</keyframe></mujoco>",
         root = if element == "mujoco" { attribute } else { "" },
@@ -396,8 +449,13 @@ fn nothing_supported_is_dropped() {
                 // Refused is not dropped, if it is this that is refused.
                 Err(failure) => failure.to_string(),
             };
-            let with = read(&scene_with(row.names, &attribute));
-            if with == read(&scene_with(row.names, "")) {
+            let within = ["equality", "fixed", "spatial", "default"].into_iter().find(|p| *p == row.parents);
+            let element = match within {
+                Some(parent) if !matches!(row.names, "connect" | "weld") => format!("{parent} {}", row.names),
+                _ => row.names.to_string(),
+            };
+            let with = read(&scene_with(&element, &attribute));
+            if with == read(&scene_with(&element, "")) {
                 dropped.push(format!("{} {attribute}", row.names));
             }
         }

@@ -132,6 +132,8 @@ pub fn requirements(model: &Model) -> Vec<[String; 2]> {
         (requires.dampers, "damper", "dampers"),
         (requires.frictionloss, "joint with dry friction", "joints with dry friction"),
         (requires.armature, "joint with armature", "joints with armature"),
+        (requires.tendons, "tendon", "tendons"),
+        (requires.equalities, "equality", "equalities"),
         (requires.actuators, "actuator", "actuators"),
     ]
     .into_iter()

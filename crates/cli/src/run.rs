@@ -269,6 +269,13 @@ fn account(
             "it has no joint limits and no dry friction of joints: those of the scene do nothing".into(),
         ]);
     }
+    let tied = model.tendons.iter().any(|t| t.range.is_some() || t.frictionloss > 0.0);
+    if !method.contact.joints && (tied || model.requires.equalities > 0) {
+        rows.push([
+            String::new(),
+            "it has no equalities and no limits and dry friction of tendons: those of the scene do nothing".into(),
+        ]);
+    }
     rows.push(["integrator".into(), format!("{}: {}", method.integrator.name, method.integrator.about)]);
     for line in super::explain::springs(model, method, touches).into_iter().take(4) {
         rows.push(["spring".into(), line]);

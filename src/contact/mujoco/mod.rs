@@ -20,7 +20,7 @@ use super::island::{Island, Source};
 use super::newton::{self, Constraint, Stop};
 use super::per_mix::PerMix;
 use super::{Law, Lever, Task};
-use crate::data::{JointRow, JointRowKind, Outcome, Scratchpad};
+use crate::data::{JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
 use crate::model::Model;
 use crate::state::Start;
 use coefficients::Coefficients;
@@ -64,7 +64,14 @@ fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
                     own.switch_on(contact.dist, &mut island.constraints[i]);
                 }
             }
-            Source::Joint(index) => joint(&task.data.joint_rows[index], &mut island.constraints[i]),
+            Source::Joint(index) => {
+                joint(&task.data.joint_rows[index], &mut island.constraints[i]);
+                soften_exactly(task, island, i, task.data.joint_rows[index].impedance);
+            }
+            Source::Tie(index) => {
+                tie(&task.data.ties[index], &mut island.constraints[i]);
+                soften_exactly(task, island, i, task.data.ties[index].impedance);
+            }
         }
     }
 }
@@ -80,6 +87,33 @@ pub fn joint(row: &JointRow, c: &mut Constraint) {
     c.cone.d[0] = 1.0 / impedance::regularisation(row.impedance, row.inverse);
     c.cone.mu[0] = row.loss;
     c.bias[0] = -row.reference.acceleration(row.impedance, row.violation, c.velocity[0]);
+}
+
+/// An equality, or a limit or the dry friction of a tendon:
+///
+///     equality:      x = J q̈ + J̇ q̇ + B v + K d(r) r,   pushes and pulls; d of the norm of all rows' r
+///     the others:    as of joints
+pub fn tie(tie: &Tie, c: &mut Constraint) {
+    c.cone.kind = match tie.kind {
+        TieKind::Equality => Kind::TwoSided,
+        TieKind::DryFriction => Kind::Dry,
+        TieKind::LowerLimit | TieKind::UpperLimit => Kind::OneSided,
+    };
+    for k in 0..tie.dim {
+        c.cone.d[k] = 1.0 / impedance::regularisation(tie.impedance, tie.inverse[k / 3]);
+        c.bias[k] = tie.drift[k] - tie.reference.acceleration(tie.impedance, tie.violation[k], c.velocity[k]);
+    }
+    c.cone.mu[0] = tie.loss;
+}
+
+/// With `diagexact` the regularisation of a joint's or tendon's rows, or of an equality's, is that of their own J M⁻¹ Jᵀ.
+pub fn soften_exactly(task: &Task, island: &mut Island, i: usize, impedance: f64) {
+    if task.model.opt.flags.diagexact {
+        for k in 0..island.constraints[i].cone.dim {
+            let inverse = island.inverse_mass_of_row(i, k);
+            island.constraints[i].cone.d[k] = 1.0 / impedance::regularisation(impedance, inverse);
+        }
+    }
 }
 
 /// When to stop: what the scene says.

@@ -1,5 +1,6 @@
 //! The safe way to the forces: convex problems with given limits of friction, and limits that follow the normal forces.
 
+use super::super::cost::Kind;
 use super::super::island::Island;
 use super::super::newton::{self, Constraint};
 use super::residual::residual;
@@ -51,7 +52,8 @@ pub fn solve(island: &mut Island, rounds: usize, tries: usize) -> Outcome {
 /// Source: H. Walker, P. Ni, Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49 (2011).
 fn limit(constraints: &mut [Constraint], follows: bool) {
     let (mut along, mut square) = (0.0, 0.0);
-    for c in constraints.iter() {
+    let limited = |c: &&Constraint| c.cone.kind != Kind::TwoSided;
+    for c in constraints.iter().filter(limited) {
         let residual = c.force[0] - c.cone.limit;
         let change = residual - c.last[1];
         along += residual * change;

@@ -18,7 +18,12 @@
 //! ε λ f h: a box on a slope creeps by 1e-5 g h sin θ. λ is the inverse mass that friction meets, from the bodies'
 //! `invweight0`. Spinning (μ_spin, m) and rolling (μ_roll, m) are further groups of friction with limits of their own;
 //! friction of unlike coefficients has an elliptic limit and acts along its steepest descent. A joint's limit is a
-//! normal, its dry friction a friction whose limit is `frictionloss`.
+//! normal, its dry friction a friction whose limit is `frictionloss`. An equality is a normal that pulls as well as it
+//! pushes,
+//!
+//!     f = (a_ref − J a) / R              N      spring and damper of its `solref` and `solimp`, both ways
+//!
+//! which is MuJoCo's; limits and dry friction of tendons are those of joints.
 //!
 //! The normals do not feel the slip but through M: sliding contacts do not hop, as MuJoCo's do. Friction acts at the
 //! body's own surface ([`Lever::Surface`]).
@@ -59,7 +64,7 @@ use super::mujoco::coefficients::inverse_mass;
 use super::newton::Constraint;
 use super::per_mix::PerMix;
 use super::{Law, Lever, Task};
-use crate::data::{Contact, JointRow, JointRowKind, Outcome, Scratchpad};
+use crate::data::{Contact, JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
 use crate::math::Vec6;
 use crate::model::{Cone, Mix};
 use crate::state::Start;
@@ -178,7 +183,20 @@ fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
     for i in 0..island.sources.len() {
         match island.sources[i] {
             Source::Contact(index) => contact(task, coefficients, island, i, index),
-            Source::Joint(index) => joint(task, &task.data.joint_rows[index], &mut island.constraints[i]),
+            Source::Joint(index) => {
+                let row = &task.data.joint_rows[index];
+                joint(task, row, &mut island.constraints[i]);
+                if row.kind != JointRowKind::DryFriction {
+                    super::mujoco::soften_exactly(task, island, i, row.impedance);
+                }
+            }
+            Source::Tie(index) => {
+                let row = &task.data.ties[index];
+                tie(task, row, &mut island.constraints[i]);
+                if row.kind != TieKind::DryFriction {
+                    super::mujoco::soften_exactly(task, island, i, row.impedance);
+                }
+            }
         }
     }
 }
@@ -224,12 +242,26 @@ fn joint(task: &Task, row: &JointRow, c: &mut Constraint) {
     c.inverse[0] = row.inverse;
     c.force[0] = row.force;
     if row.kind == JointRowKind::DryFriction {
-        let h = task.settings.timestep;
-        let implicit = task.settings.implicit;
-        c.bias[0] = c.velocity[0] / h;
-        c.cone.d[0] = 1.0 / (if implicit { IMPLICIT_SLIP } else { SLIP } * row.inverse);
-        c.cone.frozen = usize::from(implicit);
+        dry(task, row.inverse, c);
     }
+}
+
+/// An equality, or a limit or the dry friction of a tendon.
+fn tie(task: &Task, tie: &Tie, c: &mut Constraint) {
+    super::mujoco::tie(tie, c);
+    c.inverse = [tie.inverse[0], tie.inverse[1], 0.0, 0.0];
+    c.force = tie.force;
+    if tie.kind == TieKind::DryFriction {
+        dry(task, tie.inverse[0], c);
+    }
+}
+
+/// Dry friction that stops the motion at the end of the step if its limit allows.
+fn dry(task: &Task, inverse: f64, c: &mut Constraint) {
+    let (h, implicit) = (task.settings.timestep, task.settings.implicit);
+    c.bias[0] = c.velocity[0] / h;
+    c.cone.d[0] = 1.0 / (if implicit { IMPLICIT_SLIP } else { SLIP } * inverse);
+    c.cone.frozen = usize::from(implicit);
 }
 
 /// D and bias of the friction rows of a contact, from `first` on.

@@ -5,6 +5,7 @@
 //!
 //!     normal:    f⁺ = max(0, f − (x + R f)/λ)        R = 1/D, λ an inverse mass
 //!     friction:  f⁺ = f − (x + R f)/λ brought back to the limit μ n,    n normal force
+//!     equality:  f⁺ = f − (x + R f)/λ
 //!
 //! f⁺ is f if and only if f = −∂s/∂x under the limit μ n, and the difference is well conditioned however stiff they are.
 
@@ -35,6 +36,12 @@ pub fn misfit(island: &mut Island) -> f64 {
         c.y[..6].copy_from_slice(&x);
         c.change = wish(&c.cone, &c.y, &c.force, &c.inverse);
         let mut off = c.inverse[0] * c.change[0].abs();
+        if c.cone.kind == Kind::TwoSided {
+            (1..c.cone.dim).for_each(|k| off = off.max(c.inverse[k / 3] * c.change[k].abs()));
+            most = most.max(off);
+            scale = scale.max(size(c));
+            return;
+        }
         for (group, inverse) in c.cone.groups().zip(&c.inverse[1..]) {
             group.for_each(|k| off = off.max(inverse * c.change[k].abs()));
         }
@@ -50,7 +57,11 @@ pub fn misfit(island: &mut Island) -> f64 {
 
 /// What a residual is measured by, m/s²: what the normal force does, and more than the rounding of v/h and of a_ref.
 fn size(c: &Constraint) -> f64 {
-    (c.inverse[0] * c.force[0].abs()).max(1e-4 * c.bias[..c.cone.dim].iter().fold(0.0, |m, b| b.abs().max(m)))
+    let pushed = match c.cone.kind {
+        Kind::TwoSided => (0..c.cone.dim).fold(0.0, |most: f64, k| most.max(c.inverse[k / 3] * c.force[k].abs())),
+        _ => c.inverse[0] * c.force[0].abs(),
+    };
+    pushed.max(1e-4 * c.bias[..c.cone.dim].iter().fold(0.0, |m, b| b.abs().max(m)))
 }
 
 /// Lets forces that were taken as they were go part of the way to what their formulas ask for (Jacobi's method, damped for
@@ -63,11 +74,18 @@ pub fn relax(constraints: &mut [Constraint]) {
 
 /// f⁺ − f of a constraint.
 ///
-/// In: `inverse` masses λ of the normal and of each group of friction; for [`Kind::OneSided`], [`Kind::Dry`] and
-/// [`Kind::Coulomb`].
+/// In: `inverse` masses λ of the normal and of each group of friction, or of three rows each of an equality; for
+/// [`Kind::OneSided`], [`Kind::TwoSided`], [`Kind::Dry`] and [`Kind::Coulomb`].
 fn wish(cone: &Cone, x: &[f64], force: &[f64; 6], inverse: &[f64; 4]) -> [f64; 6] {
     let mut change = [0.0; 6];
     let normal = force[0] - (x[0] + force[0] / cone.d[0]) / inverse[0];
+    if cone.kind == Kind::TwoSided {
+        for k in 0..cone.dim {
+            let rigid = inverse[k / 3].max(1.0 / cone.d[k]);
+            change[k] = -(x[k] + force[k] / cone.d[k]) / rigid;
+        }
+        return change;
+    }
     if cone.kind == Kind::Dry {
         change[0] = normal.clamp(-cone.mu[0], cone.mu[0]) - force[0];
         return change;
@@ -108,6 +126,10 @@ fn wish(cone: &Cone, x: &[f64], force: &[f64; 6], inverse: &[f64; 4]) -> [f64; 6
 pub fn linearise(c: &Constraint) -> (Curvature, [f64; 6]) {
     let Constraint { cone, y: x, force, inverse, .. } = c;
     let d = cone.d[0];
+    if cone.kind == Kind::TwoSided {
+        let e = std::array::from_fn(|k| if k < cone.dim { -(cone.d[k] * x[k] + force[k]) } else { 0.0 });
+        return (Curvature::Diagonal(cone.d), e);
+    }
     let normal = force[0] - (x[0] + force[0] / d) / inverse[0];
     let (mut e, mut full) = ([0.0; 6], [[0.0; 6]; 6]);
     if cone.kind == Kind::Dry {

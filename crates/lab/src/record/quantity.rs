@@ -256,7 +256,7 @@ pub fn quantities(model: &Model) -> Vec<Quantity> {
         let name = names::actuator(model, i);
         let unit = match actuator.transmission {
             Transmission::Joint(j) | Transmission::JointInParent(j) if model.joints[j].kind != JointKind::Hinge => "N",
-            Transmission::Site { .. } => "N",
+            Transmission::Site { .. } | Transmission::Tendon(_) | Transmission::SliderCrank { .. } => "N",
             _ => "N m",
         };
         add(format!("{name}.ctrl"), "", Group::Actuators, Source::Ctrl(i));
@@ -319,6 +319,9 @@ fn unit(model: &Model, sensor: &Sensor) -> &'static str {
                 "N"
             }
         }
+        TendonPos | TendonLimitPos => "m",
+        TendonVel | TendonLimitVel => "m/s",
+        TendonActuatorForce | TendonLimitForce => "N",
         PotentialEnergy | KineticEnergy => "J",
         Clock => "s",
         Magnetometer | BallQuat | FrameQuat | FrameXAxis | FrameYAxis | FrameZAxis | InsideSite => "",
