@@ -189,6 +189,48 @@ fn the_table_shows_what_matters_in_the_scene() {
 }
 
 /// A contract: without `--show` a recording is what it was; with it, columns are added at the end.
+/// The same numbers as in CSV, bit for bit, in columns of the same names; an old file stays until the new one is whole.
+#[test]
+fn parquet_holds_what_csv_holds() {
+    let scene = file(
+        "columns.xml",
+        &format!("<mujoco><worldbody>{GROUND}{}</worldbody></mujoco>", crate_of("crate", 2.0, 0.3)),
+    );
+    let [csv, table] = ["columns.csv", "columns.parquet"].map(|name| scene.with_file_name(name));
+    std::fs::write(&table, "old").expect("a file");
+    let paths = [&scene, &csv, &table].map(|path| path.display().to_string());
+    let args = [&paths[0], "--steps", "500", "--show", "crate.wz,ground-crate.fn", "--csv", &paths[1]];
+    let output = penny(&[&args[..], &["--parquet", &paths[2]]].concat());
+    #[cfg(not(feature = "parquet"))]
+    {
+        assert!(output.status.code() == Some(1) && crate::said(&output).contains("built without"));
+        assert_eq!(std::fs::read_to_string(&table).expect("there"), "old");
+    }
+    #[cfg(feature = "parquet")]
+    {
+        use parquet::file::reader::{FileReader, SerializedFileReader};
+        use parquet::record::Field;
+        assert!(output.status.success(), "{}", crate::said(&output));
+        let text = std::fs::read_to_string(&csv).expect("written");
+        let reader = SerializedFileReader::new(std::fs::File::open(&table).expect("there")).expect("Parquet");
+        let mut rows = reader.get_row_iter(None).expect("rows");
+        let names: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
+        for line in text.lines().skip(1) {
+            let row = rows.next().expect("as many rows").expect("a row");
+            assert!(row.get_column_iter().map(|(name, _)| name.as_str()).eq(names.iter().copied()));
+            for ((name, field), cell) in row.get_column_iter().zip(line.split(',')) {
+                let right: f64 = cell.parse().expect("a number");
+                match field {
+                    Field::Double(x) => assert_eq!(x.to_bits(), right.to_bits(), "{name}"),
+                    Field::Long(n) => assert!(*n as f64 == right && name == "contacts", "{name}"),
+                    other => panic!("{name}: {other:?}"),
+                }
+            }
+        }
+        assert!(rows.next().is_none());
+    }
+}
+
 #[test]
 fn named_columns_come_after_all_others_and_only_where_asked() {
     let csv = |args: &[&str]| {

@@ -55,18 +55,43 @@ fn doubts(model: &Model) -> Vec<String> {
     let start = State::new(model);
     recorder.sample(model, &start);
     list.extend(Overlap::find(model, recorder.contacts()).map(|overlap| overlap.warning(model)));
-    list.extend(super::doubts::of_start(model, &start, "at the start"));
+    let at = list.len();
+    let mut places: Vec<(String, Vec<String>)> = Vec::new();
+    grouped(&mut places, model, &start, None);
     for (i, key) in model.keyframes.iter().enumerate() {
         let mut state = start.clone();
         (state.qpos, state.qvel, state.ctrl) = (key.qpos.clone(), key.qvel.clone(), key.ctrl.clone());
         let name = if key.name.is_empty() { i.to_string() } else { key.name.clone() };
-        for doubt in super::doubts::of_start(model, &state, &format!("in keyframe {name}")) {
-            list.push(doubt);
-        }
+        grouped(&mut places, model, &state, Some(&name));
         let clamped = super::scene::clamped_controls(model, &state);
         list.extend(clamped.lines().map(|line| format!("{line} (keyframe {name})")));
     }
+    let told = |(doubt, places): (String, Vec<String>)| {
+        let (start, keys): (Vec<_>, Vec<_>) = places.into_iter().partition(String::is_empty);
+        let keys = match keys.len() {
+            0 => None,
+            1 => Some(format!("in keyframe {}", keys[0])),
+            _ => Some(format!("in keyframes {}", keys.join(", "))),
+        };
+        let start = (!start.is_empty()).then(|| "at the start".to_owned());
+        doubt.replace(PLACE, &start.into_iter().chain(keys).collect::<Vec<_>>().join(" and "))
+    };
+    list.splice(at..at, places.into_iter().map(told));
     list
+}
+
+/// Stands for where a doubt holds; no name has it.
+const PLACE: &str = "\0";
+
+/// Adds a start (a keyframe's, or the scene's own without a name) to what is doubtful in others alike.
+fn grouped(places: &mut Vec<(String, Vec<String>)>, model: &Model, state: &State, key: Option<&str>) {
+    for doubt in super::doubts::of_start(model, state, PLACE) {
+        let key = key.unwrap_or_default().to_owned();
+        match places.iter_mut().find(|(other, _)| *other == doubt) {
+            Some((_, places)) => places.push(key),
+            None => places.push((doubt, vec![key])),
+        }
+    }
 }
 
 /// "2 errors, 1 warning"; what there is none of is left out.

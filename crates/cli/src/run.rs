@@ -60,6 +60,9 @@ pub struct Args {
     /// Write the trajectory as JSON; `-` is standard output. The file is valid even if the run is interrupted
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
+    /// Write the trajectory as Parquet, with the columns of --csv (a build with `--features parquet`)
+    #[arg(long, value_name = "FILE|-")]
+    parquet: Option<PathBuf>,
     /// Draw position, energy, penetration and phase over time, or what --show names: a file that ends in .svg or .png
     #[arg(long, value_name = "FILE", value_parser = scene::picture)]
     plot: Option<PathBuf>,
@@ -81,8 +84,13 @@ const THE_SCENE: &str = "the scene";
 const PATIENCE: Duration = Duration::from_secs(1);
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let written =
-        [("--csv", &args.csv), ("--json", &args.json), ("--plot", &args.plot), ("--save-state", &args.save_state)];
+    let written = [
+        ("--csv", &args.csv),
+        ("--json", &args.json),
+        ("--parquet", &args.parquet),
+        ("--plot", &args.plot),
+        ("--save-state", &args.save_state),
+    ];
     let written = written.map(|(option, path)| (option, path.as_deref()));
     let data_out = written.iter().any(|(_, path)| *path == Some(Path::new("-")));
     let report = if data_out { Report::StandardError } else { Report::StandardOutput };
@@ -229,6 +237,8 @@ fn before(
     let mut list = doubts::of_start(model, state, "at the start");
     list.extend(doubts::of_scene(model));
     list.extend(doubts::quaternions(model, state));
+    // What lies deep in one another is thrown apart at any timestep.
+    let limit = &limit.clone().filter(|(_, whose)| overlap.is_none() || whose != THE_SCENE);
     let told = scene::clamped_controls(model, state) + &warning(model, method, state, limit, budget);
     list.extend(told.lines().map(str::to_owned));
     list.extend(overlap.map(|o| o.warning(model)));
@@ -424,6 +434,7 @@ fn report(model: &Model, method: &Method, data: &Data, error: &StepError) -> Str
 struct Outputs<'a> {
     csv: Option<(&'a Path, Csv)>,
     json: Option<(&'a Path, Json)>,
+    table: Option<(&'a Path, Columns)>,
     picture: Option<Picture>,
 }
 
@@ -440,12 +451,17 @@ impl Outputs<'_> {
         Ok(Outputs {
             csv: args.csv.as_ref().map(csv).transpose()?,
             json: args.json.as_ref().map(json).transpose()?,
+            table: args
+                .parquet
+                .as_deref()
+                .map(|path| Columns::open(path, model, method, shown).map(|columns| (path, columns)))
+                .transpose()?,
             picture: args.plot.as_ref().map(|_| Picture::new(model, shown)),
         })
     }
 
     fn any(&self) -> bool {
-        self.csv.is_some() || self.json.is_some() || self.picture.is_some()
+        self.csv.is_some() || self.json.is_some() || self.table.is_some() || self.picture.is_some()
     }
 
     fn write(&mut self, state: &State, sample: &Sample, values: &[f64]) -> Result<(), Failure> {
@@ -454,6 +470,9 @@ impl Outputs<'_> {
         }
         if let Some((path, json)) = &mut self.json {
             json.write(state, sample, values).map_err(|e| files::cannot_write(path, &e))?;
+        }
+        if let Some((path, table)) = &mut self.table {
+            table.write(state, sample, values).map_err(|e| files::cannot_write(path, &e))?;
         }
         if let Some(picture) = &mut self.picture {
             picture.push(state, sample, values);
@@ -480,7 +499,62 @@ impl Outputs<'_> {
         if let Some((path, json)) = self.json {
             json.finish().map_err(|e| files::cannot_write(path, &e))?;
         }
+        if let Some((path, table)) = self.table {
+            table.finish().map_err(|e| files::cannot_write(path, &e))?;
+        }
         Ok(self.picture)
+    }
+}
+
+/// A file of columns, complete at its end.
+#[cfg(feature = "parquet")]
+struct Columns {
+    draft: Option<Draft>,
+    columns: record::Parquet,
+}
+
+#[cfg(feature = "parquet")]
+impl Columns {
+    fn open(path: &Path, model: &Model, method: &Method, shown: &[Quantity]) -> Result<Columns, Failure> {
+        let open = || {
+            let draft = if path == Path::new("-") { None } else { Some(Draft::new(path)?) };
+            let out: Box<dyn io::Write + Send> = match &draft {
+                None => Box::new(io::stdout()),
+                Some(draft) => Box::new(draft.open()?),
+            };
+            Ok(Columns { draft, columns: record::Parquet::new(out, model, method, shown)? })
+        };
+        open().map_err(|e: io::Error| files::cannot_write(path, &e))
+    }
+
+    fn write(&mut self, state: &State, sample: &Sample, values: &[f64]) -> io::Result<()> {
+        self.columns.write(state, sample, values)
+    }
+
+    fn finish(self) -> io::Result<()> {
+        self.columns.finish()?;
+        self.draft.map_or(Ok(()), Draft::keep)
+    }
+}
+
+/// What stands in its place in a build without.
+#[cfg(not(feature = "parquet"))]
+enum Columns {}
+
+#[cfg(not(feature = "parquet"))]
+impl Columns {
+    fn open(_: &Path, _: &Model, _: &Method, _: &[Quantity]) -> Result<Columns, Failure> {
+        let why = "error: --parquet: this penny was built without it: `cargo run --features parquet -- SCENE.xml --parquet \
+                   FILE` builds it; --csv and --json need nothing";
+        Err(Failure::Problem(why.to_owned()))
+    }
+
+    fn write(&mut self, _: &State, _: &Sample, _: &[f64]) -> io::Result<()> {
+        match *self {}
+    }
+
+    fn finish(self) -> io::Result<()> {
+        match self {}
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
+use ab_glyph::{Font, FontRef, GlyphId, PxScale, ScaleFont, point};
 use plotters::backend::DrawingBackend;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle, TextStyle, register_font};
@@ -27,6 +27,59 @@ static FACES: LazyLock<Option<[FontRef<'static>; 2]>> = LazyLock::new(|| {
     register_font(FAMILY, FontStyle::Bold, BOLD).ok()?;
     Some([FontRef::try_from_slice(NORMAL).ok()?, FontRef::try_from_slice(BOLD).ok()?])
 });
+
+/// Glyphs of GNU Unifont for what those faces do not have, in 256 × 256 cells of 16 × 16 bits: Unicode's first plane;
+/// and below, a bit each, which of them are marks that go 8 and 16 pixels back over the letter before them.
+const FALLBACK: &[u8] = include_bytes!("font/fallback.png");
+
+static GLYPHS: LazyLock<Option<Vec<u8>>> = LazyLock::new(|| {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(FALLBACK)).read_info().ok()?;
+    let mut bits = vec![0; reader.output_buffer_size()?];
+    reader.next_frame(&mut bits).ok()?;
+    Some(bits)
+});
+
+/// A glyph of 16 rows of bits, the highest at the left, ink is 1.
+struct Bitmap {
+    rows: [u16; 16],
+    /// 8 or 16 of them are used.
+    width: usize,
+    /// A mark: so many pixels back, and what comes next takes its place.
+    back: usize,
+}
+
+impl Bitmap {
+    /// Rows above the line that letters stand on.
+    const ASCENT: f64 = 14.0;
+
+    /// Of a character that no font has: an empty box.
+    const BOX: Bitmap = {
+        let mut rows = [0x4200; 16];
+        (rows[0], rows[1], rows[2], rows[14], rows[15]) = (0, 0, 0, 0, 0);
+        (rows[3], rows[13]) = (0x7e00, 0x7e00);
+        Bitmap { rows, width: 8, back: 0 }
+    };
+
+    /// What stands for a character that DejaVu Sans does not have.
+    fn of(c: char) -> Bitmap {
+        let code = c as usize;
+        let Some(bits) = GLYPHS.as_ref().filter(|_| code < 1 << 16) else { return Bitmap::BOX };
+        let at = |y: usize| 512 * (16 * (code >> 8) + y) + 2 * (code & 255);
+        let rows = std::array::from_fn(|y| !u16::from_be_bytes([bits[at(y)], bits[at(y) + 1]]));
+        // Punctuation of East Asia leaves half of its square free.
+        let wide = rows.iter().any(|row: &u16| row & 255 != 0) || (0x3000..0x3040).contains(&code);
+        let mark =
+            |set: usize| bits[512 * (4096 + 16 * set + (code >> 12)) + (code & 0xfff) / 8] >> (7 - code % 8) & 1 == 0;
+        let back = if mark(0) { 8 } else { 16 * usize::from(mark(1)) };
+        let empty = rows == [0; 16] && !c.is_whitespace();
+        if empty { Bitmap::BOX } else { Bitmap { rows, width: if wide { 16 } else { 8 }, back } }
+    }
+
+    /// Parts of an em to the next letter.
+    fn advance(&self) -> f64 {
+        if self.back > 0 { 0.0 } else { self.width as f64 / 16.0 }
+    }
+}
 
 /// What the backend writes. plotters draws thick lines with spikes and text with uneven gaps into a bitmap, so there
 /// both are drawn here.
@@ -95,7 +148,11 @@ fn face(look: Type, density: f64) -> Option<(&'static FontRef<'static>, PxScale)
 pub fn text_width(text: &str, look: Type) -> f64 {
     let Some((face, scale)) = face(look, 1.0) else { return 0.0 };
     let font = face.as_scaled(scale);
-    text.chars().map(|c| f64::from(font.h_advance(font.glyph_id(c)))).sum()
+    let advance = |c| match font.glyph_id(c) {
+        GlyphId(0) => Bitmap::of(c).advance() * look.size,
+        glyph => f64::from(font.h_advance(glyph)),
+    };
+    text.chars().map(advance).sum()
 }
 
 impl<B: DrawingBackend> Canvas<B> {
@@ -199,10 +256,40 @@ impl<B: DrawingBackend> Canvas<B> {
         let (mut pen, base) = ((start * UNITS) as f32, ((y + 0.275 * look.size) * UNITS) as f32);
         let font = face.as_scaled(scale);
         for c in text.chars() {
-            let glyph = font.glyph_id(c).with_scale_and_position(scale, point(pen, base));
+            let id = font.glyph_id(c);
+            if id == GlyphId(0) {
+                let bitmap = Bitmap::of(c);
+                let x = f64::from(pen) / UNITS - bitmap.back as f64 / 16.0 * look.size;
+                let place = [x, f64::from(base) / UNITS];
+                self.bitmap(&bitmap, place, look)?;
+                pen += (bitmap.advance() * look.size * UNITS) as f32;
+                continue;
+            }
+            let glyph = id.with_scale_and_position(scale, point(pen, base));
             pen += font.h_advance(glyph.id);
             if let Some(outline) = face.outline_glyph(glyph) {
                 self.glyph(&outline, look.color)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws a glyph whose line begins at a point, px.
+    fn bitmap(&mut self, bitmap: &Bitmap, [x, y]: [f64; 2], look: Type) -> Result<()> {
+        let pixel = look.size / 16.0;
+        for (i, row) in bitmap.rows.iter().enumerate() {
+            let top = y + (i as f64 - Bitmap::ASCENT) * pixel;
+            let ink = |j: usize| j < 16 && row >> (15 - j) & 1 == 1;
+            let mut from = 0;
+            for j in 0..=16 {
+                if ink(j) {
+                    continue;
+                }
+                if j > from {
+                    let [left, right] = [from, j].map(|j| x + j as f64 * pixel);
+                    self.rect([left, top, right, top + pixel], look.color)?;
+                }
+                from = j + 1;
             }
         }
         Ok(())

@@ -2,6 +2,10 @@
 //!
 //! Whoever draws says what ([`Figure`]); sizes, colours and places follow from that. All lengths are px of a page
 //! on which text is 13 px high; a PNG has two pixels for each.
+//!
+//! Text in an SVG stays text: who shows it has the fonts. In a PNG letters come from DejaVu Sans, those that it lacks from
+//! the bitmaps of GNU Unifont, which cover Unicode's first plane; what lies beyond it (emoji, ancient scripts) is a box.
+//! Letters stand side by side in the order of the text: Arabic ones are not joined, nor turned to run from the right.
 
 mod canvas;
 mod draw;

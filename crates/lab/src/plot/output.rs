@@ -124,10 +124,35 @@ mod tests {
         }
     }
 
+    /// Dark pixels of a page without curves, and its width.
+    fn ink(title: &str) -> (usize, u32) {
+        let bytes = png(&Figure::new(title, "", Vec::new())).expect("it draws");
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("it fits")];
+        reader.next_frame(&mut pixels).expect("one frame");
+        (pixels.chunks(3).filter(|p| p.iter().all(|c| *c < 120)).count(), reader.info().width)
+    }
+
+    #[test]
+    fn names_in_any_script_are_drawn() {
+        let empty = ink("").0;
+        // Each letter differs from the box of what no font has.
+        let boxes = |n: usize| ink(&"\u{10ffff}".repeat(n)).0 - empty;
+        assert!(boxes(2) > 20, "a box is seen");
+        let scripts = ["дом", "σπίτι", "房子", "いえ", "집은", "בית", "بيت", "घर", "บ้าน", "տուն", "სახლი", "ቤት"];
+        for name in scripts {
+            let drawn = ink(name).0 - empty;
+            assert!(drawn > 30 && drawn != boxes(name.chars().count()), "{name}: {drawn}");
+        }
+        let wide = |title: &str| ink(title).1;
+        assert!(wide(&"房".repeat(200)) > wide(&"房".repeat(150)) + 800, "they take their place");
+    }
+
     #[test]
     fn shrinking_averages_squares() {
         let (width, height) = (200, 4);
-        let sample = |i: usize| if i.is_multiple_of(7) || !(90..600).contains(&(i % 600)) { (i * 37 % 251) as u8 } else { 9 };
+        let sample =
+            |i: usize| if i.is_multiple_of(7) || !(90..600).contains(&(i % 600)) { (i * 37 % 251) as u8 } else { 9 };
         for sample in [&sample as &dyn Fn(usize) -> u8, &|_| 200] {
             let samples: Vec<u8> = (0..width * height * 3).map(sample).collect();
             let at = |x: usize, y: usize, c: usize| u32::from(samples[3 * (y * width + x) + c]);

@@ -4,6 +4,8 @@ mod balance;
 mod csv;
 mod json;
 mod lines;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod picture;
 mod quantity;
 mod saved;
@@ -12,6 +14,8 @@ pub use balance::Balance;
 pub use csv::Csv;
 pub use json::Json;
 pub use lines::Lines;
+#[cfg(feature = "parquet")]
+pub use parquet::Parquet;
 pub use picture::Picture;
 pub use quantity::{
     GROUPS, Group, Quantity, Side, chosen, clamped, pair_name, pairs, quantities, sides, usual, velocity,
