@@ -13,9 +13,10 @@ MuJoCo, `sweep` and `rollout` run it many times, here or on a cluster.
 What MuJoCo has and Penny has not is an `AttributeError` or a `NotImplementedError` that names it.
 """
 
-from . import _enums, _penny, _render, rollout, viewer
+from . import _enums, _math, _penny, _render, rollout, viewer
 from ._enums import *  # noqa: F403
 from ._errors import FatalError, Problem, SceneError, StepError
+from ._math import *  # noqa: F403
 from ._penny import *  # noqa: F403
 from ._render import *  # noqa: F403
 from ._simulation import Simulation, Trajectory
@@ -64,6 +65,7 @@ __all__ = [
     "set_parameter",
     "sweep",
     "viewer",
+    *_math.__all__,
     *_render.__all__,
     *(n for module in (_enums, _penny) for n in dir(module) if n.startswith(("mj", "Mj", "check", "explain", "save_"))),
 ]

@@ -6,6 +6,7 @@ What is drawn is Penny's picture of the scene: the same poses and cameras as MuJ
 from __future__ import annotations
 
 import copy
+import warnings
 
 import numpy as np
 
@@ -172,7 +173,14 @@ def _place(m: MjModel, d: MjData, cam: MjvCamera):
     return [*map(float, lookat), cam.distance, cam.azimuth, cam.elevation, m.vis.global_.fovy]
 
 
+_SHOWN = {mjtVisFlag.mjVIS_CONTACTPOINT, mjtVisFlag.mjVIS_CONTACTFORCE}
+
+
 def _picture(m, d, width, height, cam, opt):
+    unknown = [flag.name for flag in mjtVisFlag if flag < len(opt.flags) and opt.flags[flag] and flag not in _SHOWN]
+    if unknown or opt.frame or opt.label:
+        what = ", ".join([*unknown, *(["frames"] if opt.frame else []), *(["labels"] if opt.label else [])])
+        warnings.warn(f"Penny's pictures do not show {what}", UserWarning, stacklevel=4)
     contacts = bool(opt.flags[mjtVisFlag.mjVIS_CONTACTPOINT] or opt.flags[mjtVisFlag.mjVIS_CONTACTFORCE])
     return _paint(d, width, height, _place(m, d, cam), [bool(g) for g in opt.geomgroup], contacts)
 
@@ -292,13 +300,14 @@ class Renderer:
         """The picture, into `out` if that is given."""
         if self._closed:
             raise RuntimeError("render cannot be called after close.")
-        scene = self._scene
-        if scene._data is None:
-            raise RuntimeError("render before update_scene: there is nothing to draw")
-        shape = (self._height, self._width, 3)
+        scene, shape = self._scene, (self._height, self._width, 3)
         if out is not None and out.shape != shape:
             raise ValueError(f"Expected `out.shape == {shape}`. Got `out.shape={out.shape}` instead.")
-        pixels = _picture(self._model, scene._data, self._width, self._height, scene._camera, scene._option)
+        if scene._data is None:
+            # As in MuJoCo: nothing to be seen before `update_scene`.
+            pixels = np.zeros(shape, dtype=np.uint8)
+        else:
+            pixels = _picture(self._model, scene._data, self._width, self._height, scene._camera, scene._option)
         if out is None:
             return pixels
         np.copyto(out, pixels, casting="unsafe")

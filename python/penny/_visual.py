@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 
@@ -16,13 +18,29 @@ class _Global:
         self.azimuth, self.elevation = float(given.get("azimuth", 90.0)), float(given.get("elevation", -45.0))
 
 
-class MjVisual:
-    """MuJoCo's `MjVisual`, as far as Penny's pictures have it."""
+class _Unused:
+    """A section of `<visual>` that Penny's pictures do not use: what is set is kept, with a warning."""
 
-    __slots__ = ("global_",)
+    def __init__(self, name):
+        object.__setattr__(self, "_name", name)
+
+    def __setattr__(self, name, value):
+        warnings.warn(f"vis.{self._name}.{name} changes nothing in Penny's pictures", UserWarning, stacklevel=2)
+        object.__setattr__(self, name, value)
+
+    def __getattr__(self, name):
+        raise AttributeError(f"vis.{self._name} has no `{name}`: MuJoCo may have it, Penny has not")
+
+
+class MjVisual:
+    """MuJoCo's `MjVisual`: `global_` as far as Penny's pictures have it; other sections change nothing."""
+
+    __slots__ = ("global_", "headlight", "map", "quality", "rgba", "scale")
 
     def __init__(self, given=()):
         self.global_ = _Global(dict(given))
+        for name in ("headlight", "map", "quality", "rgba", "scale"):
+            setattr(self, name, _Unused(name))
 
 
 class MjStatistic:

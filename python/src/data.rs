@@ -27,20 +27,22 @@ pub struct Core {
     /// The state to which `data` belong: after a step that in which it began.
     pub at: State,
     pub data: Data,
+    /// For what would change `data`.
+    pub scratch: Option<Data>,
 }
 
 impl Core {
     pub fn new(model: Arc<Model>, method: Method) -> Core {
         let state = State::new(&model);
         let data = Data::new(&model);
-        Core { at: state.clone(), state, data, model, method }
+        Core { at: state.clone(), state, data, model, method, scratch: None }
     }
 
     /// Takes n steps.
     ///
     /// Errors: at the first step that fails.
     pub fn step(&mut self, n: usize) -> Result<(), StepError> {
-        let Core { model, method, state, at, data } = self;
+        let Core { model, method, state, at, data, .. } = self;
         for i in 0..n {
             if i + 1 == n {
                 at.time = state.time;
@@ -55,7 +57,7 @@ impl Core {
 
     /// Brings everything up to the state; nothing moves.
     pub fn forward(&mut self) {
-        let Core { model, method, state, at, data } = self;
+        let Core { model, method, state, at, data, .. } = self;
         at.copy_from(state);
         forward::forward(model, method, state, data);
         sensors::sense(model, method.contact, state, data);

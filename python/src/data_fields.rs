@@ -1,5 +1,6 @@
 //! The arrays of `MjData` that follow from the state: name, shape, where the numbers are.
 
+use penny::data::Data;
 use penny::dynamics::{self, energy};
 use penny::math::{Mat3, Quat, Vec3, mat, wxyz};
 use penny::model::Model;
@@ -148,8 +149,10 @@ pub const FIELDS: &[Field] = &[
         rows: Rows::Energy,
         width: 1,
         get: |c, out| {
-            let mut scratch = penny::data::Data::new(&c.model);
-            let energy = energy::energy(&c.model, &c.at, &mut scratch);
+            let Core { scratch, model, at, .. } = c;
+            let scratch = scratch.get_or_insert_with(|| Data::new(model));
+            scratch.follow(model);
+            let energy = energy::energy(model, at, scratch);
             out.extend([energy.potential, energy.kinetic]);
         },
     },

@@ -120,11 +120,12 @@ impl MjModel {
     ///
     /// Errors: `ValueError` for what the scene cannot be; the array then has the old numbers again.
     pub fn sync(&mut self, py: Python) -> PyResult<()> {
-        let opt = self.opt.clone_ref(py);
-        let mut opt = opt.borrow_mut(py);
+        let MjModel { opt, model, method, .. } = self;
+        let mut opt = opt.bind(py).borrow_mut();
         if opt.changed(py) {
-            opt.apply(py, &mut self.model, &mut self.method)?;
+            opt.apply(py, model, method)?;
         }
+        drop(opt);
         if !self.watched.is_empty() {
             self.take_up(py)?;
         }
@@ -203,6 +204,22 @@ impl MjModel {
         slf.clone().unbind()
     }
 
+    /// How many things of a kind there are.
+    pub fn count(&self, kind: &str) -> usize {
+        let m = &self.model;
+        match kind {
+            "body" => m.bodies.len(),
+            "jnt" => m.joints.len(),
+            "geom" => m.geoms.len(),
+            "site" => m.sites.len(),
+            "actuator" => m.actuators.len(),
+            "sensor" => m.sensors.len(),
+            "key" => m.keyframes.len(),
+            "cam" => m.cameras.len(),
+            _ => 0,
+        }
+    }
+
     /// The names of all things of a kind.
     pub fn names(&self, kind: &str) -> Option<Vec<&str>> {
         let m = &self.model;
@@ -232,8 +249,9 @@ impl MjModel {
     ///
     /// Errors: `KeyError`, `IndexError`.
     pub fn find(&self, kind: &str, which: &Bound<PyAny>) -> PyResult<usize> {
-        let names = self.names(kind).unwrap_or_default();
-        if let Ok(name) = which.extract::<String>() {
+        if let Ok(name) = which.cast::<pyo3::types::PyString>() {
+            let name = name.to_cow()?;
+            let names = self.names(kind).unwrap_or_default();
             return names.iter().position(|n| **n == name && !name.is_empty()).ok_or_else(|| {
                 let hint = mjcf::nearest(&name, names.iter().copied()).map(|n| format!(" Did you mean '{n}'?"));
                 let valid: Vec<_> = names.iter().filter(|n| !n.is_empty()).map(|n| format!("'{n}'")).collect();
@@ -243,7 +261,7 @@ impl MjModel {
             });
         }
         let i: isize = which.extract()?;
-        let n = names.len() as isize;
+        let n = self.count(kind) as isize;
         if !(0..n).contains(&i) {
             return Err(PyIndexError::new_err(format!("Invalid index {i}. Valid indices from 0 to {}", n - 1)));
         }

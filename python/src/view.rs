@@ -1,5 +1,8 @@
 //! Things by name: `m.body('x')`, `d.joint('y').qpos`.
 
+use std::borrow::Cow;
+
+use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::types::PySlice;
@@ -32,24 +35,29 @@ enum Rows {
 }
 
 impl View {
+    fn name(&self, py: Python) -> String {
+        let model = self.model.bind(py).borrow();
+        model.names(self.kind).and_then(|names| names.get(self.index).map(|n| (*n).to_owned())).unwrap_or_default()
+    }
+
     /// The array that has an attribute, and which of its rows.
-    fn place(&self, name: &str) -> Option<(String, Rows)> {
-        let own = |array: String| Some((array, Rows::Own));
+    fn place<'n>(&self, name: &'n str) -> Option<(Cow<'n, str>, Rows)> {
+        let own = |array: String| Some((Cow::Owned(array), Rows::Own));
         if self.in_model {
             return match (self.kind, name) {
                 ("jnt", "bodyid" | "damping" | "armature" | "frictionloss" | "invweight0" | "parentid" | "jntid") => {
-                    Some((format!("dof_{name}"), Rows::Dofs))
+                    Some((Cow::Owned(format!("dof_{name}")), Rows::Dofs))
                 }
-                ("jnt", "qpos0" | "qpos_spring") => Some((name.to_owned(), Rows::Positions)),
+                ("jnt", "qpos0" | "qpos_spring") => Some((Cow::Borrowed(name), Rows::Positions)),
                 _ => own(format!("{}_{name}", self.kind)),
             };
         }
         match (self.kind, name) {
-            ("body", _) | ("jnt", "xanchor" | "xaxis") | ("actuator", "ctrl") => own(name.to_owned()),
-            ("jnt", "qpos") => Some((name.to_owned(), Rows::Positions)),
-            ("jnt", _) => Some((name.to_owned(), Rows::Dofs)),
-            ("sensor", "data") => Some(("sensordata".to_owned(), Rows::Data)),
-            ("actuator", "act" | "act_dot") => Some((name.to_owned(), Rows::Activation)),
+            ("body", _) | ("jnt", "xanchor" | "xaxis") | ("actuator", "ctrl") => Some((Cow::Borrowed(name), Rows::Own)),
+            ("jnt", "qpos") => Some((Cow::Borrowed(name), Rows::Positions)),
+            ("jnt", _) => Some((Cow::Borrowed(name), Rows::Dofs)),
+            ("sensor", "data") => Some((Cow::Borrowed("sensordata"), Rows::Data)),
+            ("actuator", "act" | "act_dot") => Some((Cow::Borrowed(name), Rows::Activation)),
             ("geom" | "site" | "cam" | "actuator", _) => own(format!("{}_{name}", self.kind)),
             _ => None,
         }
@@ -61,12 +69,15 @@ impl View {
             PyAttributeError::new_err(format!("{side} has no `{name}` of a {}", self.kind))
         };
         let (array, rows) = self.place(name).ok_or_else(lacking)?;
-        let array = self.of.bind(py).getattr(array.as_str()).map_err(|_| lacking())?;
+        let array = self.of.bind(py).getattr(array.as_ref()).map_err(|_| lacking())?;
         let slice = |start: usize, n: usize| PySlice::new(py, start as isize, (start + n) as isize, 1);
         match rows {
             Rows::Own => {
-                let flat: usize = array.getattr("ndim")?.extract()?;
-                if flat == 1 { array.get_item(slice(self.index, 1)) } else { array.get_item(self.index) }
+                if array.cast::<PyUntypedArray>()?.ndim() == 1 {
+                    array.get_item(slice(self.index, 1))
+                } else {
+                    array.get_item(self.index)
+                }
             }
             Rows::Dofs | Rows::Positions => {
                 let model = &self.model.bind(py).borrow().model;
@@ -92,21 +103,19 @@ impl View {
 
 #[pymethods]
 impl View {
-    /// Its number.
-    #[getter]
-    fn id(&self) -> usize {
-        self.index
-    }
-
-    /// Its name; empty if it has none.
-    #[getter]
-    fn name(&self, py: Python) -> String {
-        let model = self.model.bind(py).borrow();
-        model.names(self.kind).and_then(|names| names.get(self.index).map(|n| (*n).to_owned())).unwrap_or_default()
-    }
-
-    fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        self.get(py, name)
+    /// `id`, `name` (empty if it has none), and its rows of the arrays. All of it here: a look-up that fails before this one
+    /// is asked would cost more than the row.
+    fn __getattribute__<'py>(slf: &Bound<'py, View>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        match name {
+            "id" => Ok(slf.get().index.into_pyobject(py)?.into_any()),
+            "name" => Ok(slf.get().name(py).into_pyobject(py)?.into_any()),
+            _ if name.starts_with("__") => {
+                let object = py.get_type::<PyAny>();
+                object.call_method1("__getattribute__", (slf, name))
+            }
+            _ => slf.get().get(py, name),
+        }
     }
 
     fn __setattr__(&self, py: Python, name: &str, value: &Bound<PyAny>) -> PyResult<()> {
@@ -119,20 +128,21 @@ impl View {
     }
 }
 
-/// Methods that look things up by name or number; without either, the first.
+/// Methods that look things up by name or number.
 macro_rules! views {
     ($class:ident, $in_model:literal; $($name:ident: $kind:literal,)*) => {
         #[pymethods]
         impl $class {$(
             /// One of them by name or number, with its rows of all arrays.
             ///
-            /// Errors: `KeyError` for a name, `IndexError` for a number that there is not.
+            /// Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+            /// lists the names.
             #[pyo3(signature = (name_or_id=None))]
             fn $name<'py>(slf: &Bound<'py, $class>, name_or_id: Option<&Bound<'py, PyAny>>) -> PyResult<View> {
                 let py = slf.py();
                 let model = $class::model_of(slf);
-                let zero = 0i32.into_pyobject(py)?.into_any();
-                let index = model.bind(py).borrow().find($kind, name_or_id.unwrap_or(&zero))?;
+                let none = "".into_pyobject(py)?.into_any();
+                let index = model.bind(py).borrow().find($kind, name_or_id.unwrap_or(&none))?;
                 Ok(View { of: slf.clone().into_any().unbind(), model, in_model: $in_model, kind: $kind, index })
             }
         )*}

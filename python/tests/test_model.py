@@ -61,6 +61,8 @@ def test_things_by_name(pair):
                     assert close(getattr(ours, name), getattr(theirs, name)), name
     with pytest.raises(KeyError, match="Valid names"):
         pair.pm.body("nothing")
+    with pytest.raises(KeyError, match="Valid names"):
+        pair.pm.geom()
     with pytest.raises(IndexError, match="Valid indices"):
         pair.pm.geom(10_000)
 

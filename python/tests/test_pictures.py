@@ -81,6 +81,13 @@ def test_free_cameras_and_options():
     out = np.zeros((300, 400, 3), np.uint8)
     renderer.update_scene(pair.pd)
     assert renderer.render(out=out) is out and out.any()
+    option.flags[penny.mjtVisFlag.mjVIS_JOINT] = 1
+    renderer.update_scene(pair.pd, camera, option)
+    with pytest.warns(UserWarning, match="mjVIS_JOINT"):
+        renderer.render()
+    with pytest.warns(UserWarning, match=r"vis\.scale\.forcewidth"):
+        pair.pm.vis.scale.forcewidth = 0.1
+    assert not penny.Renderer(pair.pm).render().any()
     with pytest.raises(ValueError, match="does not exist"):
         renderer.update_scene(pair.pd, "nowhere")
     with pytest.raises(ValueError, match="out of range"):
