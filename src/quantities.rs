@@ -5,13 +5,14 @@
 //! [`forward`](crate::forward::forward). Source: MuJoCo 4.0 manual, Computation › General framework; compared with
 //! MuJoCo 4.0.0 quantity by quantity in `python/tests/test_data.py`.
 
-use crate::contact::{self, Law};
+use crate::contact::Law;
 use crate::data::Data;
-use crate::dynamics::spatial::{Inertia, ang, at, cross_force, join, lin};
+use crate::dynamics::links::NONE;
+use crate::dynamics::spatial::{Inertia, ang, at, cross_force, join};
 use crate::dynamics::{self, actuation, xipos};
 use crate::math::{MIN_VAL, Mat3, Sym3, Vec3, Vec6, mat};
 use crate::model::{CameraMode, Model};
-use crate::sensors::Motion;
+use crate::sensors::{Motion, each_wrench};
 use crate::state::State;
 
 /// A six-vector in MuJoCo's order: angular part, linear part.
@@ -24,7 +25,7 @@ pub struct Motions {
     pub cvel: Vec<Spatial>,
     /// Acceleration (rad/s², m/s²), as if gravity were one of the frame: −g for what rests.
     pub cacc: Vec<Spatial>,
-    /// Torque and force (N m, N) of contacts and `xfrc_applied`; none on the world.
+    /// Torque and force (N m, N) of contacts, equalities, spatial tendons and `xfrc_applied`; none on the world.
     pub cfrc_ext: Vec<Spatial>,
     /// Torque and force that the parent exerts on the body and all that hangs on it.
     pub cfrc_int: Vec<Spatial>,
@@ -129,32 +130,29 @@ pub fn motions(model: &Model, law: &Law, state: &State, data: &Data) -> Motions 
     Motions { cvel: all(&vel), cacc: all(&acc), cfrc_ext: all(&ext), cfrc_int: all(&int) }
 }
 
-/// Force and torque of contacts and `xfrc_applied` on each body about its reference point.
+/// Force and torque of contacts, equalities, spatial tendons and `xfrc_applied` on each body about its reference point.
 fn external(model: &Model, law: &Law, state: &State, data: &Data, reference: &[Vec3]) -> Vec<Vec6> {
     let mut sum = vec![Vec6::zeros(); model.bodies.len()];
-    let mut push = |b: usize, point: &Vec3, f: &Vec3, n: &Vec3| {
+    each_wrench(model, law, state, data, |b, point, f, n| {
         if b > 0 {
             sum[b] += join(f, &(n + (point - reference[b]).cross(f)));
         }
-    };
-    for (b, wrench) in state.xfrc_applied.iter().enumerate() {
-        push(b, &xipos(model, data, b), &lin(wrench), &ang(wrench));
-    }
-    for contact in &data.contacts {
-        let [f, n] = [0, 3].map(|i| contact.frame.tr_mul(&Vec3::from_column_slice(&contact.force[i..i + 3])));
-        let bodies = contact.geom.map(|g| model.geoms[g as usize].body);
-        let points = contact::points_of(model, law, contact);
-        push(bodies[0], &points[0], &-f, &-n);
-        push(bodies[1], &points[1], &f, &n);
-    }
+    });
     sum
+}
+
+/// ∂length/∂q of a tendon (nv).
+pub fn tendon_row(model: &Model, data: &Data, tendon: usize) -> Vec<f64> {
+    let mut row = vec![0.0; model.nv];
+    dynamics::tendon::push(&data.plan.tendons[tendon], &data.ten_j, 1.0, &mut row);
+    row
 }
 
 /// The inertia matrix, dense, nv × nv, row by row.
 ///
-///     M = Σ Jᵀ I J + armature        J of a body's centre of mass, I its inertia there
+///     M = Σ Jᵀ I J + armature        J of a body's centre of mass, I its inertia there; of tendons armature Lᵀ L
 ///
-/// Reads: poses.
+/// Reads: poses, tendons.
 pub fn inertia_matrix(model: &Model, data: &Data) -> Vec<f64> {
     let nv = model.nv;
     let mut m = vec![0.0; nv * nv];
@@ -172,6 +170,21 @@ pub fn inertia_matrix(model: &Model, data: &Data) -> Vec<f64> {
     }
     for (d, dof) in model.dofs.iter().enumerate() {
         m[d * nv + d] += dof.armature;
+    }
+    for (t, tendon) in model.tendons.iter().enumerate().filter(|(_, tendon)| tendon.armature != 0.0) {
+        // As in MuJoCo only between dofs of which one carries the other.
+        let row = tendon_row(model, data, t);
+        for i in 0..nv {
+            let mut j = i;
+            while j != NONE {
+                let more = tendon.armature * row[i] * row[j];
+                m[i * nv + j] += more;
+                if i != j {
+                    m[j * nv + i] += more;
+                }
+                j = data.plan.dof_parent[j];
+            }
+        }
     }
     m
 }

@@ -39,6 +39,7 @@ class MjData:
     ctrl: NDArray[np.float64]
     cvel: NDArray[np.float64]
     energy: NDArray[np.float64]
+    eq_active: NDArray[np.bool_]
     geom_xmat: NDArray[np.float64]
     geom_xpos: NDArray[np.float64]
     geom_xquat: NDArray[np.float64]
@@ -46,6 +47,7 @@ class MjData:
     mocap_quat: NDArray[np.float64]
     model: MjModel
     ncon: int
+    ne: int
     nefc: int
     nf: int
     nl: int
@@ -68,6 +70,8 @@ class MjData:
     subtree_angmom: NDArray[np.float64]
     subtree_com: NDArray[np.float64]
     subtree_linvel: NDArray[np.float64]
+    ten_length: NDArray[np.float64]
+    ten_velocity: NDArray[np.float64]
     time: float
     xanchor: NDArray[np.float64]
     xaxis: NDArray[np.float64]
@@ -82,47 +86,68 @@ class MjData:
     def actuator(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def body(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def cam(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def camera(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def geom(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def jnt(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def joint(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def sensor(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def site(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
+
+    def ten(self, name_or_id: str | int | None = None) -> View:
+        """One of them by name or number, with its rows of all arrays.
+
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
+
+    def tendon(self, name_or_id: str | int | None = None) -> View:
+        """One of them by name or number, with its rows of all arrays.
+
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
 class MjModel:
     """A compiled scene, under MuJoCo's names. `MjModel.from_xml_path` and `MjModel.from_xml_string` make one.
@@ -184,6 +209,10 @@ class MjModel:
     dof_solimp: NDArray[np.float64]
     dof_solref: NDArray[np.float64]
     dof_treeid: NDArray[np.int32]
+    eq_active0: NDArray[np.bool_]
+    eq_solimp: NDArray[np.float64]
+    eq_solref: NDArray[np.float64]
+    eq_type: NDArray[np.int32]
     files: list
     geom_bodyid: NDArray[np.int32]
     geom_conaffinity: NDArray[np.int32]
@@ -229,6 +258,7 @@ class MjModel:
     nactuator: int
     nbody: int
     ncam: int
+    neq: int
     nflex: int
     ngeom: int
     nhfield: int
@@ -242,6 +272,7 @@ class MjModel:
     nsensor: int
     nsensordata: int
     nsite: int
+    ntendon: int
     ntree: int
     nu: int
     nuserdata: int
@@ -266,28 +297,62 @@ class MjModel:
     site_quat: NDArray[np.float64]
     site_size: NDArray[np.float64]
     stat: Any
+    tendon_actfrclimited: NDArray[np.bool_]
+    tendon_actfrcrange: NDArray[np.float64]
+    tendon_armature: NDArray[np.float64]
+    tendon_damping: NDArray[np.float64]
+    tendon_frictionloss: NDArray[np.float64]
+    tendon_invweight0: NDArray[np.float64]
+    tendon_length0: NDArray[np.float64]
+    tendon_lengthspring: NDArray[np.float64]
+    tendon_limited: NDArray[np.bool_]
+    tendon_margin: NDArray[np.float64]
+    tendon_range: NDArray[np.float64]
+    tendon_rgba: NDArray[np.float32]
+    tendon_solimp_fri: NDArray[np.float64]
+    tendon_solimp_lim: NDArray[np.float64]
+    tendon_solref_fri: NDArray[np.float64]
+    tendon_solref_lim: NDArray[np.float64]
+    tendon_stiffness: NDArray[np.float64]
+    tendon_width: NDArray[np.float64]
     vis: Any
     warnings: str
 
     def actuator(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def body(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def cam(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def camera(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
+
+    def eq(self, name_or_id: str | int | None = None) -> View:
+        """One of them by name or number, with its rows of all arrays.
+
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
+
+    def equality(self, name_or_id: str | int | None = None) -> View:
+        """One of them by name or number, with its rows of all arrays.
+
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     @staticmethod
     def from_xml_path(filename: str | PathLike[str], assets: dict[str, bytes] | None = None) -> MjModel:
@@ -302,37 +367,50 @@ class MjModel:
     def geom(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def jnt(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def joint(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def key(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def keyframe(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def sensor(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
     def site(self, name_or_id: str | int | None = None) -> View:
         """One of them by name or number, with its rows of all arrays.
 
-        Errors: `KeyError` for a name, `IndexError` for a number that there is not."""
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
+
+    def tendon(self, name_or_id: str | int | None = None) -> View:
+        """One of them by name or number, with its rows of all arrays.
+
+        Errors: `KeyError` for a name, `IndexError` for a number that there is not; without either `KeyError`, which
+        lists the names."""
 
 class MjOption:
     """Options of a model; what is set takes effect at the next step.

@@ -19,7 +19,7 @@ def _editable(model):
     return {name: a.copy() for name, a in arrays.items() if getattr(a, "flags", None) is not None and a.flags.writeable}
 
 
-_PREFIXES = {"body", "jnt", "dof", "qpos0", "qpos", "geom", "site", "actuator", "sensor", "key"}
+_PREFIXES = {"body", "jnt", "dof", "qpos0", "qpos", "geom", "site", "actuator", "sensor", "key", "tendon", "eq"}
 
 
 def reduce_model(model):

@@ -16,6 +16,7 @@ _PARTS = (
     (mjtState.mjSTATE_CTRL, "ctrl", lambda m: m.nu),
     (mjtState.mjSTATE_QFRC_APPLIED, "qfrc_applied", lambda m: m.nv),
     (mjtState.mjSTATE_XFRC_APPLIED, "xfrc_applied", lambda m: 6 * m.nbody),
+    (mjtState.mjSTATE_EQ_ACTIVE, "eq_active", lambda m: m.neq),
     (mjtState.mjSTATE_MOCAP_POS, "mocap_pos", lambda m: 3 * m.nmocap),
     (mjtState.mjSTATE_MOCAP_QUAT, "mocap_quat", lambda m: 4 * m.nmocap),
 )

@@ -78,8 +78,8 @@ fn find(class: &str, name: &str) -> PyResult<&'static Field> {
 
 impl Contacts {
     pub fn of(core: &Core) -> Contacts {
-        let [dry, limits, _] = core.rows();
-        let mut next = (dry + limits) as i32;
+        let [equalities, dry, limits, _] = core.rows();
+        let mut next = (equalities + dry + limits) as i32;
         let model = &core.model;
         let list = core.data.contacts.iter().map(|contact| {
             let rows = rows(model, contact) as i32;

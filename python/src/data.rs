@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
-use penny::data::{Data, JointRowKind};
+use penny::data::{Data, JointRowKind, TieKind};
 use penny::forward::{self, Method, StepError};
 use penny::math::{Mat3, Vec3, Vec6};
 use penny::model::{JointKind, Model};
@@ -88,17 +88,30 @@ impl Core {
         }
     }
 
-    /// How many scalar constraint rows there are: dry friction, limits, contacts.
-    pub fn rows(&self) -> [usize; 3] {
-        let dry = self.data.joint_rows.iter().filter(|r| r.kind == JointRowKind::DryFriction).count();
-        let contacts = self.data.contacts.iter().map(|c| crate::contact::rows(&self.model, c)).sum();
-        [dry, self.data.joint_rows.len() - dry, contacts]
+    /// How many scalar constraint rows there are: equalities, dry friction, limits, contacts.
+    pub fn rows(&self) -> [usize; 4] {
+        let Data { joint_rows, ties, contacts, .. } = &self.data;
+        let of = |kinds: &[TieKind]| ties.iter().filter(|t| kinds.contains(&t.kind)).map(|t| t.dim).sum::<usize>();
+        let dry = joint_rows.iter().filter(|r| r.kind == JointRowKind::DryFriction).count();
+        let limits = joint_rows.len() - dry + of(&[TieKind::LowerLimit, TieKind::UpperLimit]);
+        let touching = contacts.iter().map(|c| crate::contact::rows(&self.model, c)).sum();
+        [of(&[TieKind::Equality]), dry + of(&[TieKind::DryFriction]), limits, touching]
     }
 }
 
 /// The arrays that are read before a step and written after it.
-const LISTS: [&str; 9] =
-    ["qpos", "qvel", "act", "ctrl", "qacc_warmstart", "qfrc_applied", "xfrc_applied", "mocap_pos", "mocap_quat"];
+const LISTS: [&str; 10] = [
+    "qpos",
+    "qvel",
+    "act",
+    "ctrl",
+    "qacc_warmstart",
+    "qfrc_applied",
+    "xfrc_applied",
+    "mocap_pos",
+    "mocap_quat",
+    "eq_active",
+];
 
 struct Lists {
     qpos: Array<f64>,
@@ -110,6 +123,7 @@ struct Lists {
     xfrc: Array<f64>,
     mocap_pos: Array<f64>,
     mocap_quat: Array<f64>,
+    eq_active: Array<bool>,
 }
 
 impl Lists {
@@ -126,13 +140,17 @@ impl Lists {
             xfrc: table(m.bodies.len(), 6)?,
             mocap_pos: table(m.mocap.len(), 3)?,
             mocap_quat: table(m.mocap.len(), 4)?,
+            eq_active: Array::new(py, vec![false; m.equalities.len()], &[m.equalities.len()])?,
         })
     }
 
-    /// In the order of [`LISTS`].
-    fn all(&self) -> [&Array<f64>; 9] {
-        let Lists { qpos, qvel, act, ctrl, warmstart, qfrc, xfrc, mocap_pos, mocap_quat } = self;
-        [qpos, qvel, act, ctrl, warmstart, qfrc, xfrc, mocap_pos, mocap_quat]
+    /// The i-th of [`LISTS`].
+    fn object<'py>(&self, py: Python<'py>, i: usize) -> Bound<'py, PyAny> {
+        let Lists { qpos, qvel, act, ctrl, warmstart, qfrc, xfrc, mocap_pos, mocap_quat, eq_active } = self;
+        match [qpos, qvel, act, ctrl, warmstart, qfrc, xfrc, mocap_pos, mocap_quat].get(i) {
+            Some(numbers) => numbers.object(py).into_any(),
+            None => eq_active.object(py).into_any(),
+        }
     }
 }
 
@@ -186,7 +204,8 @@ impl MjData {
             *model = m.model.clone();
         }
         *method = m.method;
-        let Lists { qpos, qvel, act, ctrl, warmstart, qfrc, xfrc, mocap_pos, mocap_quat } = &self.lists;
+        let Lists { qpos, qvel, act, ctrl, warmstart, qfrc, xfrc, mocap_pos, mocap_quat, eq_active } = &self.lists;
+        eq_active.read(py, &mut state.eq_active);
         qpos.read(py, &mut state.qpos);
         qvel.read(py, &mut state.qvel);
         act.read(py, &mut state.act);
@@ -223,11 +242,12 @@ impl MjData {
 
     /// Shows Python all of the state.
     pub fn push_all(&mut self, py: Python) {
-        let Lists { ctrl, qfrc, xfrc, mocap_pos, mocap_quat, .. } = &self.lists;
+        let Lists { ctrl, qfrc, xfrc, mocap_pos, mocap_quat, eq_active, .. } = &self.lists;
         let state = &self.core.state;
         let or_zero = |v: &[f64], n: usize| if v.is_empty() { vec![0.0; n] } else { v.to_vec() };
         let wrenches: Vec<f64> = state.xfrc_applied.iter().flat_map(|w| w.iter().copied()).collect();
         ctrl.write(py, &state.ctrl);
+        eq_active.write(py, &state.eq_active);
         qfrc.write(py, &or_zero(&state.qfrc_applied, qfrc.len()));
         xfrc.write(py, &or_zero(&wrenches, xfrc.len()));
         mocap_pos.write(py, state.mocap_pos.as_flattened());
@@ -329,13 +349,19 @@ impl MjData {
     /// Those of dry friction.
     #[getter]
     fn nf(&self) -> usize {
+        self.core.rows()[1]
+    }
+
+    /// Those of equalities.
+    #[getter]
+    fn ne(&self) -> usize {
         self.core.rows()[0]
     }
 
     /// Those of limits.
     #[getter]
     fn nl(&self) -> usize {
-        self.core.rows()[1]
+        self.core.rows()[2]
     }
 
     /// All contacts of the last step or `mj_forward`.
@@ -356,7 +382,7 @@ impl MjData {
     fn __getattr__<'py>(slf: &Bound<'py, MjData>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
         if let Some(i) = LISTS.iter().position(|list| *list == name) {
-            let array = slf.borrow().lists.all()[i].object(py).into_any();
+            let array = slf.borrow().lists.object(py, i);
             slf.getattr("__dict__")?.cast_into::<PyDict>()?.set_item(name, &array)?;
             return Ok(array);
         }

@@ -86,7 +86,7 @@ fn motions(c: &Core, which: fn(Motions) -> Vec<Spatial>, out: &mut Vec<f64>) {
     six(&which(quantities::motions(&c.model, c.method.contact, &c.at, &c.data)), out);
 }
 
-use Per::{Actuator, Body, Camera, Dof, Geom, Joint, Site};
+use Per::{Actuator, Body, Camera, Dof, Geom, Joint, Site, Tendon};
 
 /// All of them, as MuJoCo names them.
 pub const FIELDS: &[Field] = &[
@@ -142,6 +142,8 @@ pub const FIELDS: &[Field] = &[
     per("actuator_force", Actuator, 1, |c, out| out.extend(&c.data.actuator_force)),
     per("actuator_length", Actuator, 1, |c, out| out.extend(quantities::actuators(&c.model, &c.at, &c.data).0)),
     per("actuator_velocity", Actuator, 1, |c, out| out.extend(quantities::actuators(&c.model, &c.at, &c.data).1)),
+    per("ten_length", Tendon, 1, |c, out| out.extend(&c.data.ten_length)),
+    per("ten_velocity", Tendon, 1, |c, out| out.extend(&c.data.ten_velocity)),
     Field { name: "act_dot", rows: Rows::Activation, width: 1, get: |c, out| out.extend(&c.data.act_dot) },
     Field { name: "sensordata", rows: Rows::Sensordata, width: 1, get: |c, out| out.extend(&c.data.sensordata) },
     Field {
@@ -196,7 +198,7 @@ properties! {
     xpos, xquat, xmat, xipos, ximat, xiquat, xanchor, xaxis, geom_xpos, geom_xmat, geom_xquat, site_xpos,
     site_xmat, site_xquat, cam_xpos, cam_xmat, subtree_com, cinert, cdof, cvel, cacc, cfrc_ext, cfrc_int, subtree_linvel,
     subtree_angmom, qacc, qacc_smooth, qfrc_bias, qfrc_passive, qfrc_actuator, qfrc_gravcomp, qfrc_smooth,
-    qfrc_constraint, actuator_force, actuator_length, actuator_velocity, act_dot, sensordata, energy,
+    qfrc_constraint, actuator_force, actuator_length, actuator_velocity, ten_length, ten_velocity, act_dot, sensordata, energy,
 }
 
 // Every field has its property.

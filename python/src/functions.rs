@@ -178,6 +178,8 @@ fn kind_of(objtype: i64) -> PyResult<&'static str> {
         5 => "geom",
         6 => "site",
         7 => "cam",
+        17 => "eq",
+        18 => "tendon",
         19 => "actuator",
         20 => "sensor",
         24 => "key",

@@ -216,6 +216,8 @@ impl MjModel {
             "sensor" => m.sensors.len(),
             "key" => m.keyframes.len(),
             "cam" => m.cameras.len(),
+            "tendon" => m.tendons.len(),
+            "eq" => m.equalities.len(),
             _ => 0,
         }
     }
@@ -241,6 +243,8 @@ impl MjModel {
             "sensor" => list(&m.sensors, |s| &s.name),
             "key" => list(&m.keyframes, |k| &k.name),
             "cam" => list(&m.cameras, |c| &c.name),
+            "tendon" => list(&m.tendons, |t| &t.name),
+            "eq" => list(&m.equalities, |e| &e.name),
             _ => None,
         }
     }

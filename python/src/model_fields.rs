@@ -1,7 +1,7 @@
 //! The arrays of `MjModel`: name, shape, where the numbers are, and what a write changes.
 
 use penny::math::{Quat, Vec3, quat, vec3, wxyz};
-use penny::model::{Activation, CameraMode, JointKind, Model, Object, Parts, SensorKind, Transmission};
+use penny::model::{Activation, CameraMode, EqualityKind, JointKind, Model, Object, Parts, SensorKind, Transmission};
 use penny::quantities;
 
 use crate::values::Type::{self, Flag, Int, Real, Single};
@@ -19,6 +19,8 @@ pub enum Per {
     Sensor,
     Key,
     Camera,
+    Tendon,
+    Equality,
 }
 
 impl Per {
@@ -35,6 +37,8 @@ impl Per {
             Per::Sensor => m.sensors.len(),
             Per::Key => m.keyframes.len(),
             Per::Camera => m.cameras.len(),
+            Per::Tendon => m.tendons.len(),
+            Per::Equality => m.equalities.len(),
         }
     }
 }
@@ -141,9 +145,8 @@ fn object(of: Option<Object>) -> [f64; 2] {
         Some(Object::Joint(j)) => (3, Some(j)),
         Some(Object::Geom(g)) => (5, Some(g)),
         Some(Object::Site(s)) => (6, Some(s)),
+        Some(Object::Tendon(t)) => (18, Some(t)),
         Some(Object::Actuator(a)) => (19, Some(a)),
-        #[allow(unreachable_patterns)]
-        Some(_) => (0, None),
     };
     [f64::from(kind), id(i)]
 }
@@ -222,12 +225,11 @@ fn sensor_kind(kind: SensorKind) -> f64 {
 fn stage(kind: SensorKind) -> f64 {
     use SensorKind::*;
     match kind {
-        Magnetometer | RangeFinder | JointPos | ActuatorPos | BallQuat | JointLimitPos | FramePos | FrameQuat
-        | FrameXAxis | FrameYAxis | FrameZAxis | SubtreeCom | InsideSite | PotentialEnergy | KineticEnergy | Clock => {
-            1.0
-        }
-        Velocimeter | Gyro | JointVel | ActuatorVel | BallAngVel | JointLimitVel | FrameLinVel | FrameAngVel
-        | SubtreeLinVel | SubtreeAngMom => 2.0,
+        Magnetometer | RangeFinder | JointPos | ActuatorPos | BallQuat | JointLimitPos | TendonPos | TendonLimitPos
+        | FramePos | FrameQuat | FrameXAxis | FrameYAxis | FrameZAxis | SubtreeCom | InsideSite | PotentialEnergy
+        | KineticEnergy | Clock => 1.0,
+        Velocimeter | Gyro | JointVel | ActuatorVel | BallAngVel | JointLimitVel | TendonVel | TendonLimitVel
+        | FrameLinVel | FrameAngVel | SubtreeLinVel | SubtreeAngMom => 2.0,
         _ => 3.0,
     }
 }
@@ -243,7 +245,7 @@ fn data_type(kind: SensorKind) -> f64 {
     }
 }
 
-use Per::{Actuator, Body, Camera, Dof, Geom, Joint, Key, Qpos, Sensor, Site};
+use Per::{Actuator, Body, Camera, Dof, Equality, Geom, Joint, Key, Qpos, Sensor, Site, Tendon};
 
 /// All of them, as MuJoCo names them.
 pub const FIELDS: &[Field] = &[
@@ -636,16 +638,16 @@ pub const FIELDS: &[Field] = &[
         vec![match m.actuators[i].transmission {
             Transmission::Joint(_) => 0.0,
             Transmission::JointInParent(_) => 1.0,
+            Transmission::SliderCrank { .. } => 2.0,
+            Transmission::Tendon(_) => 3.0,
             Transmission::Site { .. } => 4.0,
-            #[allow(unreachable_patterns)]
-            _ => -1.0,
         }]
     }),
     fixed("actuator_trnid", Actuator, Many(2), Int, |m, i| match m.actuators[i].transmission {
         Transmission::Joint(j) | Transmission::JointInParent(j) => vec![j as f64, -1.0],
+        Transmission::Tendon(t) => vec![t as f64, -1.0],
+        Transmission::SliderCrank { crank, slider, .. } => vec![crank as f64, slider as f64],
         Transmission::Site { site, reference } => vec![site as f64, id(reference)],
-        #[allow(unreachable_patterns)]
-        _ => vec![-1.0, -1.0],
     }),
     fixed("actuator_dyntype", Actuator, One, Int, |m, i| {
         vec![match m.actuators[i].activation {
@@ -734,6 +736,153 @@ pub const FIELDS: &[Field] = &[
         |m, i| vec![m.sensors[i].noise],
         |m, i, v| {
             m.sensors[i].noise = v[0];
+            Ok(())
+        },
+    ),
+    fixed("tendon_limited", Tendon, One, Flag, |m, i| vec![f64::from(m.tendons[i].range.is_some())]),
+    fixed("tendon_actfrclimited", Tendon, One, Flag, |m, i| vec![f64::from(m.tendons[i].actfrcrange.is_some())]),
+    fixed("tendon_length0", Tendon, One, Real, |m, i| vec![m.tendons[i].length0]),
+    fixed("tendon_invweight0", Tendon, One, Real, |m, i| vec![m.tendons[i].invweight0]),
+    field(
+        "tendon_range",
+        Tendon,
+        Many(2),
+        |m, i| m.tendons[i].range.unwrap_or_default().to_vec(),
+        |m, i, v| bound(&mut m.tendons[i].range, v),
+    ),
+    field(
+        "tendon_actfrcrange",
+        Tendon,
+        Many(2),
+        |m, i| m.tendons[i].actfrcrange.unwrap_or_default().to_vec(),
+        |m, i, v| bound(&mut m.tendons[i].actfrcrange, v),
+    ),
+    field(
+        "tendon_margin",
+        Tendon,
+        One,
+        |m, i| vec![m.tendons[i].margin],
+        |m, i, v| {
+            m.tendons[i].margin = v[0];
+            Ok(())
+        },
+    ),
+    field(
+        "tendon_frictionloss",
+        Tendon,
+        One,
+        |m, i| vec![m.tendons[i].frictionloss],
+        |m, i, v| {
+            m.tendons[i].frictionloss = v[0];
+            Ok(())
+        },
+    ),
+    field(
+        "tendon_armature",
+        Tendon,
+        One,
+        |m, i| vec![m.tendons[i].armature],
+        |m, i, v| {
+            m.tendons[i].armature = v[0];
+            Ok(())
+        },
+    ),
+    field(
+        "tendon_stiffness",
+        Tendon,
+        One,
+        |m, i| vec![m.tendons[i].stiffness[0]],
+        |m, i, v| {
+            m.tendons[i].stiffness[0] = v[0];
+            Ok(())
+        },
+    ),
+    field(
+        "tendon_damping",
+        Tendon,
+        One,
+        |m, i| vec![m.tendons[i].damping[0]],
+        |m, i, v| {
+            m.tendons[i].damping[0] = v[0];
+            Ok(())
+        },
+    ),
+    field(
+        "tendon_lengthspring",
+        Tendon,
+        Many(2),
+        |m, i| m.tendons[i].lengthspring.to_vec(),
+        |m, i, v| {
+            m.tendons[i].lengthspring.copy_from_slice(v);
+            Ok(())
+        },
+    ),
+    field(
+        "tendon_solref_lim",
+        Tendon,
+        Many(2),
+        |m, i| m.tendons[i].solref_limit.to_vec(),
+        |m, i, v| {
+            m.tendons[i].solref_limit.copy_from_slice(v);
+            Ok(())
+        },
+    ),
+    field(
+        "tendon_solimp_lim",
+        Tendon,
+        Many(5),
+        |m, i| m.tendons[i].solimp_limit.to_vec(),
+        |m, i, v| {
+            m.tendons[i].solimp_limit.copy_from_slice(v);
+            Ok(())
+        },
+    ),
+    field(
+        "tendon_solref_fri",
+        Tendon,
+        Many(2),
+        |m, i| m.tendons[i].solref_friction.to_vec(),
+        |m, i, v| {
+            m.tendons[i].solref_friction.copy_from_slice(v);
+            Ok(())
+        },
+    ),
+    field(
+        "tendon_solimp_fri",
+        Tendon,
+        Many(5),
+        |m, i| m.tendons[i].solimp_friction.to_vec(),
+        |m, i, v| {
+            m.tendons[i].solimp_friction.copy_from_slice(v);
+            Ok(())
+        },
+    ),
+    fixed("eq_active0", Equality, One, Flag, |m, i| vec![f64::from(m.equalities[i].active)]),
+    fixed("eq_type", Equality, One, Int, |m, i| {
+        vec![match m.equalities[i].kind {
+            EqualityKind::Connect(_) => 0.0,
+            EqualityKind::Weld { .. } => 1.0,
+            EqualityKind::Joint { .. } => 2.0,
+            EqualityKind::Tendon { .. } => 3.0,
+        }]
+    }),
+    field(
+        "eq_solref",
+        Equality,
+        Many(2),
+        |m, i| m.equalities[i].solref.to_vec(),
+        |m, i, v| {
+            m.equalities[i].solref.copy_from_slice(v);
+            Ok(())
+        },
+    ),
+    field(
+        "eq_solimp",
+        Equality,
+        Many(5),
+        |m, i| m.equalities[i].solimp.to_vec(),
+        |m, i, v| {
+            m.equalities[i].solimp.copy_from_slice(v);
             Ok(())
         },
     ),
@@ -858,6 +1007,8 @@ pub const SIZES: &[Size] = &[
     ("nsensordata", |m| m.nsensordata),
     ("nkey", |m| m.keyframes.len()),
     ("ncam", |m| m.cameras.len()),
+    ("ntendon", |m| m.tendons.len()),
+    ("neq", |m| m.equalities.len()),
     ("nmocap", |m| m.mocap.len()),
     ("ntree", |m| m.trees.len()),
     ("nuserdata", |_| 0),

@@ -45,6 +45,7 @@ struct Numbers {
 type Bit = (u32, fn(&mut Flags) -> &mut bool);
 const BITS: &[Bit] = &[
     (0, |f| &mut f.constraint),
+    (1, |f| &mut f.equality),
     (2, |f| &mut f.frictionloss),
     (3, |f| &mut f.limit),
     (4, |f| &mut f.contact),
@@ -169,7 +170,7 @@ impl MjOption {
 
     fn disable(&mut self, bits: u32) -> PyResult<()> {
         let known = BITS.iter().fold(1 << FILTERPARENT, |all, (bit, _)| all | 1u32 << bit);
-        // Equality constraints, automatic resets and details of MuJoCo's collision code.
+        // Automatic resets and details of MuJoCo's collision code.
         const WITHOUT_EFFECT: u32 = 1 << 14 | 1 << 16 | 1 << 17 | 1 << 18 | 1 << 19;
         if bits & !(known | WITHOUT_EFFECT) != 0 {
             return Err(PyNotImplementedError::new_err(format!(

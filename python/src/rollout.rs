@@ -22,6 +22,7 @@ use crate::model::MjModel;
 const CTRL: u32 = 1 << 6;
 const QFRC: u32 = 1 << 7;
 const XFRC: u32 = 1 << 8;
+const EQ_ACTIVE: u32 = 1 << 9;
 const MOCAP_POS: u32 = 1 << 10;
 const MOCAP_QUAT: u32 = 1 << 11;
 
@@ -51,6 +52,7 @@ fn parts(m: &Model, spec: u32) -> impl Iterator<Item = (u32, usize)> {
         (CTRL, m.actuators.len()),
         (QFRC, m.nv),
         (XFRC, 6 * m.bodies.len()),
+        (EQ_ACTIVE, m.equalities.len()),
         (MOCAP_POS, 3 * m.mocap.len()),
         (MOCAP_QUAT, 4 * m.mocap.len()),
     ];
@@ -65,6 +67,7 @@ fn control(state: &mut State, m: &Model, spec: u32, mut row: &[f64]) {
             CTRL => state.ctrl.copy_from_slice(now),
             QFRC => state.qfrc_applied = now.to_vec(),
             XFRC => state.xfrc_applied = now.chunks_exact(6).map(Vec6::from_column_slice).collect(),
+            EQ_ACTIVE => state.eq_active.iter_mut().zip(now).for_each(|(to, from)| *to = *from != 0.0),
             MOCAP_POS => state.mocap_pos.as_flattened_mut().copy_from_slice(now),
             _ => state.mocap_quat.as_flattened_mut().copy_from_slice(now),
         }
@@ -139,7 +142,7 @@ pub fn _rollout<'py>(
     nstep: usize,
     threads: usize,
 ) -> PyResult<(Table<'py>, Table<'py>, Vec<Stopped>)> {
-    let known = CTRL | QFRC | XFRC | MOCAP_POS | MOCAP_QUAT;
+    let known = CTRL | QFRC | XFRC | EQ_ACTIVE | MOCAP_POS | MOCAP_QUAT;
     if spec & !known != 0 {
         return Err(PyValueError::new_err(format!("control_spec {spec:#x}: Penny has no such controls")));
     }

@@ -58,7 +58,8 @@ impl View {
             ("jnt", _) => Some((Cow::Borrowed(name), Rows::Dofs)),
             ("sensor", "data") => Some((Cow::Borrowed("sensordata"), Rows::Data)),
             ("actuator", "act" | "act_dot") => Some((Cow::Borrowed(name), Rows::Activation)),
-            ("geom" | "site" | "cam" | "actuator", _) => own(format!("{}_{name}", self.kind)),
+            ("tendon", "length" | "velocity") => own(format!("ten_{name}")),
+            ("geom" | "site" | "cam" | "actuator" | "eq", _) => own(format!("{}_{name}", self.kind)),
             _ => None,
         }
     }
@@ -151,10 +152,10 @@ macro_rules! views {
 
 views! { MjModel, true;
     body: "body", joint: "jnt", jnt: "jnt", geom: "geom", site: "site", actuator: "actuator", sensor: "sensor",
-    key: "key", keyframe: "key", camera: "cam", cam: "cam",
+    key: "key", keyframe: "key", camera: "cam", cam: "cam", tendon: "tendon", equality: "eq", eq: "eq",
 }
 
 views! { MjData, false;
     body: "body", joint: "jnt", jnt: "jnt", geom: "geom", site: "site", actuator: "actuator", sensor: "sensor",
-    camera: "cam", cam: "cam",
+    camera: "cam", cam: "cam", tendon: "tendon", ten: "tendon",
 }

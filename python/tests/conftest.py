@@ -15,7 +15,7 @@ ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
 SCENES = [
     ASSETS / "ant.xml", ASSETS / "half_cheetah.xml", ASSETS / "hopper.xml", ASSETS / "humanoid.xml",
     ASSETS / "pusher_v5.xml", ASSETS / "reacher.xml", ASSETS / "swimmer.xml", MODELS / "arm.xml", MODELS / "stack.xml",
-    MODELS / "tee.xml", MODELS / "top.xml",
+    MODELS / "tee.xml", Path(__file__).with_name("ties.xml"), MODELS / "top.xml",
 ]  # fmt: skip
 
 

@@ -35,13 +35,16 @@ def test_every_array_has_mujocos_numbers(pair):
 
 def test_options_are_the_files(pair):
     for name in dir(pair.pm.opt):
-        if name not in {"law", "solver", "jacobian", "disableflags", "enableflags"}:
+        if name not in {"law", "solver", "disableflags", "enableflags"}:
             assert np.all(getattr(pair.pm.opt, name) == getattr(pair.mm.opt, name)), name
 
 
 def test_names(pair):
-    for kind, n in [("BODY", "nbody"), ("JOINT", "njnt"), ("GEOM", "ngeom"), ("SITE", "nsite"), ("ACTUATOR", "nu"),
-                    ("SENSOR", "nsensor"), ("KEY", "nkey"), ("CAMERA", "ncam")]:  # fmt: skip
+    sizes = {
+        "BODY": "nbody", "JOINT": "njnt", "GEOM": "ngeom", "SITE": "nsite", "ACTUATOR": "nu", "SENSOR": "nsensor",
+        "KEY": "nkey", "CAMERA": "ncam", "TENDON": "ntendon", "EQUALITY": "neq",
+    }  # fmt: skip
+    for kind, n in sizes.items():
         kind = f"mjOBJ_{kind}"
         for i in range(-1, getattr(pair.mm, n) + 1):
             theirs = mujoco.mj_id2name(pair.mm, getattr(mujoco.mjtObj, kind), i)
@@ -52,7 +55,15 @@ def test_names(pair):
 
 
 def test_things_by_name(pair):
-    for kind, n in (("body", "nbody"), ("joint", "njnt"), ("geom", "ngeom"), ("actuator", "nu"), ("camera", "ncam")):
+    for kind, n in (
+        ("body", "nbody"),
+        ("joint", "njnt"),
+        ("geom", "ngeom"),
+        ("actuator", "nu"),
+        ("camera", "ncam"),
+        ("tendon", "ntendon"),
+        ("equality", "neq"),
+    ):
         for i in range(getattr(pair.mm, n)):
             theirs, ours = getattr(pair.mm, kind)(i), getattr(pair.pm, kind)(i)
             assert (ours.id, ours.name) == (theirs.id, theirs.name)

@@ -28,7 +28,7 @@ use crate::dynamics::energy;
 use crate::kind::SensorKind;
 use crate::model::{Model, Object, Sensor};
 use crate::state::State;
-pub(crate) use motion::Motion;
+pub(crate) use motion::{Motion, each_wrench};
 
 /// Measures everything that the scene's sensors ask for.
 ///

@@ -135,39 +135,51 @@ impl Motion {
             let inertia = Inertia::new(body.mass, &com, &Sym3::from_principal(&body.inertia, &axes));
             force.push(inertia.mul(&acc[b]) + cross_force(&vel[b], &inertia.mul(&vel[b])));
         }
-        let mut push = |b: usize, point: &Vec3, f: &Vec3, n: &Vec3| {
+        each_wrench(model, law, state, data, |b, point, f, n| {
             force[b] -= join(f, &(n + (point - origin[b]).cross(f)));
-        };
-        for contact in &data.contacts {
-            let [f, n] = [0, 3].map(|i| contact.frame.tr_mul(&Vec3::from_column_slice(&contact.force[i..i + 3])));
-            let bodies = contact.geom.map(|g| model.geoms[g as usize].body);
-            let points = contact::points_of(model, law, contact);
-            push(bodies[0], &points[0], &-f, &-n);
-            push(bodies[1], &points[1], &f, &n);
-        }
-        for tie in data.ties.iter().filter(|tie| tie.kind == TieKind::Equality) {
-            for (body, point, f, n) in ties::wrench(model, data, tie).into_iter().flatten() {
-                push(body, &point, &f, &n);
-            }
-        }
-        for (i, tendon) in model.tendons.iter().enumerate() {
-            let Path::Spatial(points) = &tendon.path else { continue };
-            let pull = pull(model, data, i);
-            tendon::each_segment(model, data, points, |s| {
-                if let Some(u) = s.direction() {
-                    let f = u * (pull / s.divisor);
-                    push(s.bodies[0], &s.points[0], &-f, &Vec3::zeros());
-                    push(s.bodies[1], &s.points[1], &f, &Vec3::zeros());
-                }
-            });
-        }
-        for (b, wrench) in state.xfrc_applied.iter().enumerate() {
-            push(b, &xipos(model, data, b), &lin(wrench), &ang(wrench));
-        }
+        });
         for b in (1..model.bodies.len()).rev() {
             let (parent, f) = (model.bodies[b].parent, force[b]);
             force[parent] += join(&lin(&f), &(ang(&f) + (origin[b] - origin[parent]).cross(&lin(&f))));
         }
+    }
+}
+
+/// Hands on what acts on bodies but weight and joints: contacts, equalities, spatial tendons, `xfrc_applied`.
+///
+/// To `push`: body, place (m), force (N), torque (N m), world axes.
+pub fn each_wrench(
+    model: &Model,
+    law: &Law,
+    state: &State,
+    data: &Data,
+    mut push: impl FnMut(usize, &Vec3, &Vec3, &Vec3),
+) {
+    for contact in &data.contacts {
+        let [f, n] = [0, 3].map(|i| contact.frame.tr_mul(&Vec3::from_column_slice(&contact.force[i..i + 3])));
+        let bodies = contact.geom.map(|g| model.geoms[g as usize].body);
+        let points = contact::points_of(model, law, contact);
+        push(bodies[0], &points[0], &-f, &-n);
+        push(bodies[1], &points[1], &f, &n);
+    }
+    for tie in data.ties.iter().filter(|tie| tie.kind == TieKind::Equality) {
+        for (body, point, f, n) in ties::wrench(model, data, tie).into_iter().flatten() {
+            push(body, &point, &f, &n);
+        }
+    }
+    for (i, tendon) in model.tendons.iter().enumerate() {
+        let Path::Spatial(points) = &tendon.path else { continue };
+        let pull = pull(model, data, i);
+        tendon::each_segment(model, data, points, |s| {
+            if let Some(u) = s.direction() {
+                let f = u * (pull / s.divisor);
+                push(s.bodies[0], &s.points[0], &-f, &Vec3::zeros());
+                push(s.bodies[1], &s.points[1], &f, &Vec3::zeros());
+            }
+        });
+    }
+    for (b, wrench) in state.xfrc_applied.iter().enumerate() {
+        push(b, &xipos(model, data, b), &lin(wrench), &ang(wrench));
     }
 }
 
