@@ -13,7 +13,8 @@ MuJoCo, `sweep` and `rollout` run it many times, here or on a cluster.
 What MuJoCo has and Penny has not is an `AttributeError` or a `NotImplementedError` that names it.
 """
 
-from . import _enums, _math, _penny, _render, rollout, viewer
+from . import _dynamics, _enums, _math, _penny, _render, rollout, viewer
+from ._dynamics import *  # noqa: F403
 from ._enums import *  # noqa: F403
 from ._errors import FatalError, Problem, SceneError, StepError
 from ._math import *  # noqa: F403
@@ -65,6 +66,7 @@ __all__ = [
     "set_parameter",
     "sweep",
     "viewer",
+    *_dynamics.__all__,
     *_math.__all__,
     *_render.__all__,
     *(n for module in (_enums, _penny) for n in dir(module) if n.startswith(("mj", "Mj", "check", "explain", "save_"))),

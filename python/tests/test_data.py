@@ -9,7 +9,7 @@ import threading
 import mujoco
 import numpy as np
 import pytest
-from conftest import ASSETS, MODELS, close
+from conftest import ASSETS, MODELS, Pair, close
 
 import penny
 
@@ -72,6 +72,42 @@ def test_inertia_matrix(random_state):
     x, y = np.zeros(mm.nv), np.arange(mm.nv, dtype=float)
     penny.mj_mulM(pm, pd, x, y)
     assert close(x, theirs @ y)
+
+
+def test_solutions_and_inverse_dynamics(random_state):
+    mm, md, pm, pd = random_state.mm, random_state.md, random_state.pm, random_state.pd
+    y = np.random.default_rng(0).normal(size=(2, mm.nv))
+    ours, theirs = np.zeros((2, mm.nv)), np.zeros((2, mm.nv))
+    mujoco.mj_solveM(mm, md, theirs, y)
+    penny.mj_solveM(pm, pd, ours, y)
+    assert close(ours, theirs, 1e-8)
+    for acceleration in (0, 1):
+        ours, theirs = np.zeros(mm.nv), np.zeros(mm.nv)
+        mujoco.mj_rne(mm, md, acceleration, theirs)
+        penny.mj_rne(pm, pd, acceleration, ours)
+        # MuJoCo leaves armatures to others here.
+        armature = pm.dof_armature * pd.qacc if acceleration else 0
+        if not mm.ntendon:
+            assert close(ours - armature, theirs, 1e-7)
+
+
+@pytest.mark.parametrize("centred", [0, 1])
+@pytest.mark.parametrize("scene", [ASSETS / "half_cheetah.xml", MODELS / "arm.xml"], ids=lambda p: p.stem)
+def test_derivatives_of_a_step(scene, centred):
+    pair = Pair(scene).randomize(2)
+    m, results = pair.mm, []
+    n, ns = 2 * m.nv + m.na, m.nsensordata
+    for module, model, d in ((mujoco, pair.mm, pair.md), (penny, pair.pm, pair.pd)):
+        matrices = [np.zeros(shape) for shape in ((n, n), (n, m.nu), (ns, n), (ns, m.nu))]
+        before = d.qpos.copy()
+        module.mjd_transitionFD(model, d, 1e-6, centred, *matrices)
+        assert np.array_equal(d.qpos, before)
+        results.append(matrices)
+    # MuJoCo does not compute energies anew where only velocities change.
+    same = np.ones(ns, dtype=bool)
+    same[m.sensor_adr[m.sensor_type == int(mujoco.mjtSensor.mjSENS_E_KINETIC)]] = False
+    for theirs, ours, rows in zip(*results, (slice(None), slice(None), same, same)):
+        assert close(ours[rows], theirs[rows], 1e-4)
 
 
 def test_jacobians(random_state):
