@@ -87,22 +87,23 @@ fn fill_simple(model: &mut Model, t: usize) {
 
 fn fill_articulated(model: &mut Model, t: usize, data: &Data) {
     let Tree { bodies, dofs, .. } = model.trees[t].clone();
-    let mut jacobian = vec![Vec6::zeros(); dofs.len()];
-    // Row · M⁻¹ · rowᵀ
-    let weigh = |model: &Model, row: Vec<f64>| {
-        let mut solved = row.clone();
-        dynamics::solve_m(model, data, t, &mut solved);
-        row.iter().zip(&solved).map(|(a, b)| a * b).sum::<f64>()
-    };
+    let pattern = &data.plan.pattern;
+    let mut jacobian = vec![[0.0; 6]; dofs.len()];
     for b in bodies {
-        dynamics::jacobian(model, data, b, &dynamics::xipos(model, data, b), &mut jacobian);
-        let diagonal = Vec6::from_fn(|k, _| weigh(model, jacobian.iter().map(|column| column[k]).collect()));
+        let mut last = 0;
+        dynamics::each_column(model, data, b, &dynamics::xipos(model, data, b), |d, column| {
+            jacobian[d - dofs.start] = column.into();
+            last = last.max(d - dofs.start);
+        });
+        let diagonal = Vec6::from(pattern.weigh(&dofs, &data.qld, last, &mut jacobian));
         model.parts_mut().bodies[b].invweight0 =
             [diagonal.fixed_rows::<3>(0).mean(), diagonal.fixed_rows::<3>(3).mean()];
     }
-    let unit = |d: usize| dofs.clone().map(|i| f64::from(u8::from(i == d))).collect();
-    for d in dofs.clone() {
-        model.parts_mut().dofs[d].invweight0 = weigh(model, unit(d));
+    let mut unit = vec![[0.0]; dofs.len()];
+    for d in 0..dofs.len() {
+        unit[d] = [1.0];
+        let [light] = pattern.weigh(&dofs, &data.qld, d, &mut unit);
+        model.parts_mut().dofs[dofs.start + d].invweight0 = light;
     }
     for joint in dynamics::joints_of(model, &model.trees[t]) {
         let model::Joint { kind, dofadr, .. } = model.joints[joint];

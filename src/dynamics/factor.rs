@@ -149,6 +149,22 @@ impl Pattern {
         }
     }
 
+    /// x·H⁻¹ x = Σ y_k²/D_k, y = L⁻ᵀ x, of D columns that are zero but on the way to dof `last` (counted in the tree). The
+    /// work grows with the length of that way, not with the tree. Leaves `x` zero.
+    pub fn weigh<const D: usize>(&self, dofs: &Range<usize>, h: &[f64], last: usize, x: &mut [[f64; D]]) -> [f64; D] {
+        let rows = self.rows(dofs);
+        let mut sum = [0.0; D];
+        for entry in self.entries(&rows[last]).iter().rev() {
+            let (row, own) = (&rows[entry.column], std::mem::replace(&mut x[entry.column], [0.0; D]));
+            for (l, entry) in h[row.beside_diagonal()].iter().zip(&self.entries[row.beside_diagonal()]) {
+                let x = &mut x[entry.column];
+                (0..D).for_each(|d| x[d] -= l * own[d]);
+            }
+            (0..D).for_each(|d| sum[d] += own[d] * own[d] * h[row.diagonal()]);
+        }
+        sum
+    }
+
     /// x ← H⁻¹ x with the factor of [`factor`](Pattern::factor): x ← L⁻ᵀ x, then D⁻¹ x, then L⁻¹ x.
     ///
     /// In: `x` holds the tree's dofs, in one column or several side by side.

@@ -511,6 +511,10 @@ fn work_grows_with_the_file_only() {
             let contact = format!("</worldbody><contact>{}</contact>", many(5_000, &pair));
             world(&many(5_000, &body)).replace("</worldbody>", &contact)
         }),
+        ("bodies of one tree", {
+            let arm = |i: usize| format!("<body pos='{i} 0 0'><joint/><geom size='.1' contype='0'/></body>");
+            world(&format!("<body>{}<freejoint/><geom size='1'/></body>", many(8_000, &arm)))
+        }),
         ("attributes", world(&format!("<geom size='1' {}/>", many(20_000, &|i| format!("a{i}='1' "))))),
         ("errors", world(&many(30_000, &|i| format!("<geom size='1' fricton{i}='1'/>\n")))),
         ("references", {
