@@ -3,7 +3,7 @@
 //! Nothing here has to be saved. There is room for all contacts that a scene can have from the start, so that no step
 //! allocates after the first. Per-body arrays are indexed like `model.bodies`.
 
-use std::any::Any;
+use std::any::{Any, TypeId};
 
 use crate::collision::Scratch;
 use crate::contact::impedance::Reference;
@@ -139,28 +139,34 @@ pub struct Data {
 ///
 /// A clone begins empty.
 #[derive(Default)]
-pub struct Scratchpad(Vec<Box<dyn Any + Send + Sync>>);
+pub struct Scratchpad(Vec<(TypeId, Box<dyn Any + Send + Sync>)>);
 
 impl Scratchpad {
     /// The entry of type T, made when it is first asked for.
+    #[inline]
     pub fn get<T: Any + Default + Send + Sync>(&mut self) -> &mut T {
-        let at = self.0.iter().position(|entry| entry.is::<T>()).unwrap_or_else(|| {
-            self.0.push(Box::<T>::default());
-            self.0.len() - 1
-        });
+        let at = self.0.iter().position(|(kind, _)| *kind == TypeId::of::<T>());
+        let at = at.unwrap_or_else(|| self.add::<T>());
         // It is that type: found or made so.
-        self.0[at].downcast_mut().unwrap_or_else(|| unreachable!())
+        self.0[at].1.downcast_mut().unwrap_or_else(|| unreachable!())
+    }
+
+    /// Where the new entry is.
+    #[cold]
+    fn add<T: Any + Default + Send + Sync>(&mut self) -> usize {
+        self.0.push((TypeId::of::<T>(), Box::<T>::default()));
+        self.0.len() - 1
     }
 
     /// Takes the entry of type T out, for a while in which the rest of the data is needed too; a new one if there is none.
     pub fn take<T: Any + Default + Send + Sync>(&mut self) -> Box<T> {
-        let at = self.0.iter().position(|entry| entry.is::<T>());
-        at.and_then(|at| self.0.swap_remove(at).downcast().ok()).unwrap_or_default()
+        let at = self.0.iter().position(|(kind, _)| *kind == TypeId::of::<T>());
+        at.and_then(|at| self.0.swap_remove(at).1.downcast().ok()).unwrap_or_default()
     }
 
     /// Puts it back.
     pub fn put<T: Any + Send + Sync>(&mut self, entry: Box<T>) {
-        self.0.push(entry);
+        self.0.push((TypeId::of::<T>(), entry));
     }
 }
 

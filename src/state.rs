@@ -126,9 +126,23 @@ impl State {
     /// Errors: the first list that has not.
     #[inline]
     pub fn suits(&self, model: &Model) -> Result<(), WrongState> {
+        let fits = self.lengths(model).into_iter().fold(true, |fits, (_, has, wants)| fits & (has == wants));
+        if fits { Ok(()) } else { Err(self.misfit(model)) }
+    }
+
+    #[cold]
+    fn misfit(&self, model: &Model) -> WrongState {
+        let (list, has, wants) =
+            self.lengths(model).into_iter().find(|(_, has, wants)| has != wants).unwrap_or_default();
+        WrongState { list, has, wants }
+    }
+
+    /// Its lists, their lengths, and what the model asks for.
+    #[inline(always)]
+    fn lengths(&self, model: &Model) -> [(&'static str, usize, usize); 10] {
         let pushes = if self.xfrc_applied.is_empty() { 0 } else { model.bodies.len() };
         let forces = if self.qfrc_applied.is_empty() { 0 } else { model.nv };
-        let lists = [
+        [
             ("qpos", self.qpos.len(), model.nq),
             ("qvel", self.qvel.len(), model.nv),
             ("ctrl", self.ctrl.len(), model.actuators.len()),
@@ -139,11 +153,7 @@ impl State {
             ("qacc_warmstart", self.qacc_warmstart.len(), model.nv),
             ("xfrc_applied", self.xfrc_applied.len(), pushes),
             ("qfrc_applied", self.qfrc_applied.len(), forces),
-        ];
-        match lists.into_iter().find(|(_, has, wants)| has != wants) {
-            Some((list, has, wants)) => Err(WrongState { list, has, wants }),
-            None => Ok(()),
-        }
+        ]
     }
 
     /// Becomes a copy of `other` without allocating anew.

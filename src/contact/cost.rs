@@ -82,7 +82,7 @@ impl Cone {
     }
 
     /// x, or a change of x, from its components; what does not count is left as it is.
-    #[inline]
+    #[inline(always)]
     pub fn spread(&self, x: &[f64; 6], out: &mut Spread) {
         if self.kind == Kind::Pyramid {
             for j in 1..self.dim {
@@ -165,8 +165,8 @@ impl Cone {
         group.clone().map(|k| self.mu[k] * self.mu[k] * x[k] * x[k]).sum()
     }
 
-    #[inline]
-    fn cost_of_pyramid(&self, x: &Spread, force: &mut [f64; 6]) -> (f64, Zone) {
+    #[inline(always)]
+    pub fn cost_of_pyramid(&self, x: &Spread, force: &mut [f64; 6]) -> (f64, Zone) {
         let d = self.d[0];
         let (mut cost, mut normal, mut zone) = ([0.0; 2], [0.0; 2], 0);
         for (pair, j) in x.as_chunks::<2>().0.iter().zip(1..self.dim) {
@@ -180,6 +180,31 @@ impl Cone {
         }
         force[0] = -d * (normal[0] + normal[1]);
         (0.5 * d * (cost[0] + cost[1]), zone)
+    }
+
+    /// The edges of a pyramid that will carry force if it slips: x with no other edges. `None` where it will not slip, or is
+    /// no pyramid.
+    ///
+    /// It slips where what would stop the slip is more than friction can be, |xⱼ|/Aⱼⱼ > μⱼ |x₀|/A₀₀, and then the edge that is
+    /// violated most carries all of the force.
+    ///
+    /// In: `x` without forces; `inverse` masses A of the components' rows.
+    pub fn likely(&self, x: &Spread, inverse: &[f64; 6]) -> Option<Spread> {
+        if self.kind != Kind::Pyramid {
+            return None;
+        }
+        let (edges, dim) = (&x[..self.width()], self.dim);
+        let most = (0..edges.len()).fold(0, |most, edge| if edges[edge] < edges[most] { edge } else { most });
+        let slips = |j: usize| {
+            let (sum, difference) = (x[2 * j - 2] + x[2 * j - 1], x[2 * j - 2] - x[2 * j - 1]);
+            difference.abs() * inverse[0] > self.mu[j] * self.mu[j] * inverse[j] * sum.abs()
+        };
+        if edges[most] >= 0.0 || !(1..dim).any(slips) {
+            return None;
+        }
+        let mut alone = [0.0; 10];
+        alone[most] = edges[most];
+        Some(alone)
     }
 
     #[inline]

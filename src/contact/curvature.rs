@@ -12,6 +12,13 @@ pub enum Curvature {
     Zero,
     /// Its diagonal.
     Diagonal([f64; 6]),
+    /// Symmetric, with nothing but its diagonal and its first row and column.
+    Arrow {
+        /// The diagonal.
+        diagonal: [f64; 6],
+        /// The first row, from the second number on.
+        first: [f64; 6],
+    },
     /// All of it.
     Full([[f64; 6]; 6]),
 }
@@ -24,6 +31,13 @@ impl Curvature {
         match self {
             Curvature::Zero => {}
             Curvature::Diagonal(d) => (0..dim).for_each(|k| out[k] = d[k] * v[k]),
+            Curvature::Arrow { diagonal, first } => {
+                out[0] = diagonal[0] * v[0];
+                for k in 1..dim {
+                    out[0] += first[k] * v[k];
+                    out[k] = first[k] * v[0] + diagonal[k] * v[k];
+                }
+            }
             Curvature::Full(full) => (0..dim).for_each(|k| out[k] = (0..dim).map(|j| full[k][j] * v[j]).sum()),
         }
         out
@@ -87,15 +101,14 @@ impl Cone {
     fn curvature_of_pyramid(&self, x: &Spread) -> Curvature {
         let d = self.d[0];
         // D for each edge that pushes; per friction direction the sum and the difference of its two edges.
-        let mut full = [[0.0; 6]; 6];
-        for j in 1..self.dim {
-            let [plus, minus] = [x[2 * j - 2], x[2 * j - 1]].map(|x| if x < 0.0 { d } else { 0.0 });
-            full[0][0] += plus + minus;
-            full[j][j] = self.mu[j] * self.mu[j] * (plus + minus);
-            full[0][j] = self.mu[j] * (plus - minus);
-            full[j][0] = full[0][j];
+        let (mut diagonal, mut first) = ([0.0; 6], [0.0; 6]);
+        for (pair, j) in x.as_chunks::<2>().0.iter().zip(1..self.dim) {
+            let [plus, minus] = pair.map(|x| if x < 0.0 { d } else { 0.0 });
+            diagonal[0] += plus + minus;
+            diagonal[j] = self.mu[j] * self.mu[j] * (plus + minus);
+            first[j] = self.mu[j] * (plus - minus);
         }
-        if full[0][0] == 0.0 { Curvature::Zero } else { Curvature::Full(full) }
+        if diagonal[0] == 0.0 { Curvature::Zero } else { Curvature::Arrow { diagonal, first } }
     }
 
     fn curvature_of_ellipse(&self, x: &Spread) -> Curvature {

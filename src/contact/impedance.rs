@@ -42,12 +42,20 @@ pub fn impedance(solimp: &[f64; 5], r: f64) -> f64 {
     } else if power == 2.0 {
         // The default, without two calls of pow.
         if x <= mid { x * x / mid } else { 1.0 - (1.0 - x) * (1.0 - x) / (1.0 - mid) }
-    } else if x <= mid {
+    } else {
+        any_power(x, mid, power)
+    };
+    d0 + y * (dwidth - d0)
+}
+
+/// y of any power. Not inlined: the compiler would take `pow` out of loops in which it is never called.
+#[inline(never)]
+fn any_power(x: f64, mid: f64, power: f64) -> f64 {
+    if x <= mid {
         x.powf(power) / mid.powf(power - 1.0)
     } else {
         1.0 - (1.0 - x).powf(power) / (1.0 - mid).powf(power - 1.0)
-    };
-    d0 + y * (dwidth - d0)
+    }
 }
 
 /// The spring and the damper of a constraint, per unit of effective mass.

@@ -7,8 +7,9 @@
 
 use super::block_factor::{BlockFactor, Shape};
 use super::curvature::Curvature;
-use super::newton::Constraint;
+use super::newton::{Constraint, dot};
 use super::rows::{Part, Parts, Row, Rows, SIX, dot_six};
+use super::six::Six;
 use super::ties;
 use super::unit_mass::{self, padded};
 use crate::data::{Contact, Data, Mover, Outcome};
@@ -69,6 +70,8 @@ pub struct Island {
     scale: Vec<f64>,
     rows: Rows,
     blocks: BlockFactor,
+    /// Instead of blocks, where there are six unknowns.
+    six: Six,
     /// C of each constraint in H = 1 + Wᵀ C W.
     pub curvatures: Vec<Curvature>,
     /// Whether `blocks` have the structure of this island: a good start needs none.
@@ -369,6 +372,22 @@ impl Island {
         self.rows.parts(i).map(square).sum()
     }
 
+    /// J M⁻¹ Jᵀ of each row of constraint i, 1/kg and 1/(kg m²).
+    pub fn inverse_masses(&self, i: usize) -> [f64; 6] {
+        let dim = self.constraints[i].cone.dim;
+        let mut sum = [0.0; 6];
+        for part in self.rows.parts(i) {
+            let rows = self.rows.of(part, dim);
+            if part.n == SIX {
+                let rows = rows.as_chunks::<SIX>().0;
+                sum.iter_mut().zip(rows).for_each(|(sum, row)| *sum += dot_six(row, row));
+            } else {
+                sum.iter_mut().zip(rows.chunks_exact(part.n)).for_each(|(sum, row)| *sum += dot(row, row));
+            }
+        }
+        sum
+    }
+
     /// Reads a guess of qacc into w.
     pub fn guess(&mut self, model: &Model, data: &Data, qacc: &[f64]) {
         for unit in &self.units {
@@ -376,7 +395,7 @@ impl Island {
             let (scale, smooth) = (&self.scale[place.clone()], &self.smooth[place.clone()]);
             let w = &mut self.w[place];
             w[unit.dofs..].fill(0.0);
-            unit_mass::of_qacc(data, tree, scale, smooth, &qacc[tree.dofs.clone()], w);
+            unit_mass::of_qacc(data, unit.tree, tree, scale, smooth, &qacc[tree.dofs.clone()], w);
         }
     }
 
@@ -432,7 +451,12 @@ impl Island {
 
     /// Factors H = 1 + Wᵀ C W.
     pub fn factor(&mut self, shape: Shape) {
-        let Island { units, rows, blocks, analysed, curvatures, .. } = self;
+        let Island { units, rows, blocks, six, analysed, curvatures, p, .. } = self;
+        if p.len() == SIX {
+            rows.fill_six(curvatures, six, shape);
+            six.factor(shape);
+            return;
+        }
         if !*analysed {
             rows.analyse(blocks, units.iter().map(|u| u.n));
             *analysed = true;
@@ -443,7 +467,10 @@ impl Island {
 
     /// p ← H⁻¹ p
     pub fn divide_p(&mut self) {
-        self.blocks.divide(&mut self.p);
+        match <&mut Row>::try_from(&mut self.p[..]) {
+            Ok(p) => self.six.divide(p),
+            Err(_) => self.blocks.divide(&mut self.p),
+        }
     }
 
     /// Trace of M, and norm of the gradient as a force on movers and dofs: what MuJoCo's tolerance is about.

@@ -9,6 +9,8 @@ use crate::model::Model;
 #[derive(Clone, Debug, Default)]
 pub struct Islands {
     sets: DisjointSets,
+    /// Whether `trees` says that every tree is an island of its own.
+    apart: bool,
     /// Number of each tree within its island, once [`Islands::number`] has counted it.
     pub unit: Vec<usize>,
     /// Trees, contacts that push, joint rows and ties by island; the lowest tree of an island is its number.
@@ -72,6 +74,7 @@ impl Grouped {
         self.start.clear();
     }
 
+    #[inline(always)]
     fn of(&self, group: usize) -> &[usize] {
         if self.start.is_empty() { &[] } else { &self.items[self.start[group]..self.start[group + 1]] }
     }
@@ -98,33 +101,43 @@ impl Islands {
     ///
     /// Reads: contacts, joint_rows, ties.
     pub fn find(&mut self, model: &Model, data: &Data) {
-        let count = model.trees.len();
-        self.sets.reset(count);
-        if count == 1 {
+        if model.trees.len() == 1 {
             self.all_in_one(model, data);
             return;
         }
+        let mut joined = false;
         for c in &data.contacts {
             if let [Some(a), Some(b)] = c.body.map(|b| model.bodies[b as usize].tree)
                 && a != b
                 && c.pushes(model)
             {
+                if !joined {
+                    self.sets.reset(model.trees.len());
+                    joined = true;
+                }
                 self.sets.union(a, b);
             }
         }
         for tie in &data.ties {
             let (blocks, _) = ties::rows(data, tie);
             for pair in blocks.windows(2) {
+                if !joined {
+                    self.sets.reset(model.trees.len());
+                    joined = true;
+                }
                 self.sets.union(pair[0].tree, pair[1].tree);
             }
         }
-        self.group_all(model, data);
+        self.group_all(model, data, joined);
     }
 
     /// [`Islands::find`] for one tree.
     fn all_in_one(&mut self, model: &Model, data: &Data) {
         let contacts = data.contacts.iter().enumerate().filter(|(_, c)| c.pushes(model)).map(|(i, _)| i);
-        self.trees.one_group(0..1);
+        if !self.apart {
+            self.trees.one_group(0..1);
+            self.apart = true;
+        }
         self.contacts.one_group(contacts);
         self.joints.one_group(0..data.joint_rows.len());
         self.ties.one_group(0..data.ties.len());
@@ -134,14 +147,17 @@ impl Islands {
     pub fn find_one(&mut self, model: &Model, data: &Data) {
         self.sets.reset(model.trees.len());
         (1..model.trees.len()).for_each(|t| self.sets.union(0, t));
-        self.group_all(model, data);
+        self.group_all(model, data, true);
     }
 
-    fn group_all(&mut self, model: &Model, data: &Data) {
-        let Islands { sets, trees, contacts, joints, ties, .. } = self;
+    fn group_all(&mut self, model: &Model, data: &Data, joined: bool) {
+        let Islands { sets, apart, trees, contacts, joints, ties, .. } = self;
         let count = model.trees.len();
         let tree = |body: u32| model.bodies[body as usize].tree;
-        trees.sort(count, (0..count).map(|t| sets.find(t) as u32));
+        if joined || !*apart {
+            trees.sort(count, (0..count).map(|t| if joined { sets.find(t) as u32 } else { t as u32 }));
+            *apart = !joined;
+        }
         let label = |t: Option<usize>| t.map_or(NONE, |t| trees.label[t]);
         contacts.sort(
             count,
@@ -162,7 +178,22 @@ impl Islands {
         }
     }
 
+    /// Whether no constraint acts in an island.
+    #[inline]
+    pub fn idle(&self, group: usize) -> bool {
+        self.contacts.of(group).is_empty() && self.joints.of(group).is_empty() && self.ties.of(group).is_empty()
+    }
+
+    /// The contacts of an island that is one tree, where nothing else acts.
+    #[inline]
+    pub fn of_one_tree(&self, group: usize) -> Option<&[usize]> {
+        let one = self.joints.of(group).is_empty() && self.ties.of(group).is_empty();
+        let one = one && self.trees.of(group).len() == 1;
+        one.then(|| self.contacts.of(group))
+    }
+
     /// Trees, contacts and joint rows of an island: indices into the model's trees and into `data`.
+    #[inline]
     pub fn group(&self, group: usize) -> (&[usize], &[usize], &[usize]) {
         (self.trees.of(group), self.contacts.of(group), self.joints.of(group))
     }

@@ -13,7 +13,8 @@
 //! | `unit_mass`, `rows` | coordinates in which every tree has unit mass; rows of J in them, and Newton's matrix |
 //! | `impedance`, `per_mix`, `constants` | what `solref` and `solimp` mean |
 //! | `cost`, `curvature`, `newton` | convex problems in the accelerations, and Newton's method for them |
-//! | `block_factor` | linear systems |
+//! | `block_factor`, `six` | linear systems: of blocks that trees share, and of six unknowns |
+//! | `single_body` | one free body without rows, where a law tries the last step's solution |
 //! | `tangent` | forces at known accelerations and their derivatives, for implicit steps |
 //! | `pointwise` | for laws that are a formula for one contact point |
 //! | `describe` | what a law says of itself to `explain` and `compare` |
@@ -52,13 +53,15 @@ pub mod penalty;
 mod per_mix;
 pub mod pointwise;
 mod rows;
+mod single_body;
+mod six;
 pub mod tangent;
 pub(crate) mod ties;
 pub mod tutorial;
 mod unit_mass;
 
 use crate::data::{Contact, Data, Outcome, Scratchpad};
-use crate::math::Vec3;
+use crate::math::{Vec3, Vec6};
 use crate::model::{Mix, Model};
 use crate::state::{Start, State};
 use describe::{Ask, Description, Unlike};
@@ -94,9 +97,9 @@ pub struct Law {
     pub unlike: Option<Unlike>,
 }
 
-/// Finds the forces of a free body's contacts with what never moves and its acceleration (of its mover), or says that it
-/// cannot: then the general way is taken. In: the tree, and its contacts.
-pub type Shortcut = fn(&Task, &mut Scratchpad, usize, &[usize], &mut [Contact]) -> Option<crate::math::Vec6>;
+/// Finds the forces of a free body's contacts with what never moves, its acceleration (of its mover) and the residual that is
+/// left, or says that it cannot: then the general way is taken. In: the tree, and its contacts.
+pub type Shortcut = fn(&Task, &mut Scratchpad, usize, &[usize], &mut [Contact]) -> Option<(Vec6, f64)>;
 
 /// What contact laws need to know of how a step is taken.
 #[derive(Clone, Copy)]
@@ -156,13 +159,13 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// That of the data, which has none if it is a clone.
-    fn of(model: &Model, data: &mut Data) -> Box<Scratch> {
-        let scratch = data.scratch.take::<Scratch>();
-        if scratch.islands.fit(model) {
-            return scratch;
+    /// That of a pad, which is empty if the data is a clone.
+    fn of<'a>(pad: &'a mut Scratchpad, model: &Model, data: &Data) -> &'a mut Scratch {
+        let scratch = pad.get::<Scratch>();
+        if !scratch.islands.fit(model) {
+            *scratch = Scratch::new(model, data.contacts.len(), data.joint_rows.len(), data);
         }
-        Box::new(Scratch::new(model, data.contacts.len(), data.joint_rows.len(), data))
+        scratch
     }
 
     /// Room for all contacts and joint rows that a model can have, and all its ties.
@@ -192,17 +195,17 @@ pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut D
     if law.start == Start::Forces {
         state.recall(model, data);
     }
-    let mut scratch = Scratch::of(model, data);
-    let Scratch { islands, island, own } = &mut *scratch;
+    let mut pad = std::mem::take(&mut data.scratch);
+    let Scratch { islands, island, own } = Scratch::of(&mut pad, model, data);
     islands.find(model, data);
     for group in 0..model.trees.len() {
-        let (trees, contacts, joints) = islands.group(group);
-        if contacts.is_empty() && joints.is_empty() && islands.ties(group).is_empty() {
+        if islands.idle(group) {
             continue;
         }
-        let alone = joints.is_empty() && trees.len() == 1 && islands.ties(group).is_empty();
-        let shortcut = law.shortcut.filter(|_| alone);
-        if shortcut.is_some_and(|shortcut| take(shortcut, model, settings, state, data, own, trees[0], contacts)) {
+        // An island has the number of its lowest tree.
+        if let (Some(shortcut), Some(contacts)) = (law.shortcut, islands.of_one_tree(group))
+            && take(shortcut, model, settings, state, data, own, group, contacts)
+        {
             continue;
         }
         let task = Task { model, settings, state, data };
@@ -214,7 +217,7 @@ pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut D
         data.solver.iterations = data.solver.iterations.max(outcome.iterations);
         data.solver.residual = data.solver.residual.max(outcome.residual);
     }
-    data.scratch.put(scratch);
+    data.scratch = pad;
 }
 
 /// Finds the rows of joints, tendons and equalities, if the law has them.
@@ -245,7 +248,8 @@ fn take(
     let mut contacts = std::mem::take(&mut data.contacts);
     let found = shortcut(&Task { model, settings, state, data }, own, t, which, &mut contacts);
     data.contacts = contacts;
-    let Some(a) = found else { return false };
+    let Some((a, residual)) = found else { return false };
+    data.solver.residual = data.solver.residual.max(residual);
     let smooth = data.movers[tree.bodies.start].acc;
     data.counts.rows += which.iter().map(|&c| model.mixes[data.contacts[c].mix as usize].condim).sum::<usize>();
     let change = a - smooth;

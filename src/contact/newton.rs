@@ -12,7 +12,7 @@
 
 use super::Task;
 use super::block_factor::Shape;
-use super::cost::{Cone, Spread, Zone};
+use super::cost::{Cone, Kind, Spread, Zone};
 use super::island::Island;
 use crate::data::Outcome;
 
@@ -186,12 +186,52 @@ pub fn minimise(task: &Task, island: &mut Island, stop: &Stop) -> Outcome {
     } else {
         evaluate_smooth(&mut island.constraints);
     }
+    let mut guesses = 0;
     let norm = norm.unwrap_or_else(|| {
-        island.w.fill(0.0);
+        guesses = usize::from(stop.iterations > 0 && guess(island));
         island.take_gradient();
         scale * island.gradient_norm(model, data)
     });
-    descend(task, island, stop, scale, norm)
+    let outcome = descend(task, island, &Stop { iterations: stop.iterations - guesses, ..*stop }, scale, norm);
+    Outcome { iterations: outcome.iterations + guesses, ..outcome }
+}
+
+/// Where to start without a warm start, at w = 0 or further on: where pyramids slip, at the least cost of the edges alone that
+/// will then carry force ([`Cone::likely`](super::cost::Cone::likely)). Out: whether a linear system was solved.
+///
+/// In: constraints evaluated at w = 0. Out: constraints evaluated at `w`.
+///
+/// Newton's method, which begins with all edges that x violates, drops the others one by one: the tutorial's disk, spinning on
+/// the ground, takes 6.7 steps with contacts from w = 0 and 2.0 from there.
+fn guess(island: &mut Island) -> bool {
+    island.w.fill(0.0);
+    island.curvatures.clear();
+    let (mut cold, mut slips) = (0.0, false);
+    for i in 0..island.constraints.len() {
+        let pyramid = island.constraints[i].cone.kind == Kind::Pyramid;
+        let inverse = if pyramid { island.inverse_masses(i) } else { [0.0; 6] };
+        let c = &mut island.constraints[i];
+        let likely = c.cone.likely(&c.x, &inverse);
+        slips |= likely.is_some();
+        let x = likely.as_ref().unwrap_or(&c.x);
+        island.curvatures.push(c.cone.curvature(x));
+        c.cone.cost(x, &mut c.force);
+    }
+    if slips {
+        island.add_to_p(|c| &c.force);
+        island.factor(Shape::Symmetric);
+        island.divide_p();
+        for c in &mut island.constraints {
+            cold += c.cone.cost(&c.x, &mut c.force).0;
+        }
+        let point = advance(island);
+        if point.cost + 0.5 * dot(&island.w, &island.w) < cold {
+            return true;
+        }
+        island.w.fill(0.0);
+    }
+    evaluate_smooth(&mut island.constraints);
+    slips
 }
 
 /// Evaluates the constraints at w: where [`iterate`] begins.

@@ -7,6 +7,7 @@
 
 use super::block_factor::{BlockFactor, Shape};
 use super::curvature::Curvature;
+use super::six::Six;
 
 /// Unknowns of a free body, and of every smaller tree with its padding.
 pub const SIX: usize = 6;
@@ -230,6 +231,15 @@ impl Rows {
         }
     }
 
+    /// H = 1 + Wᵀ C W of an island of six unknowns.
+    pub fn fill_six(&self, curvatures: &[Curvature], six: &mut Six, shape: Shape) {
+        let numbers = self.numbers.as_chunks::<SIX>().0;
+        six.unit();
+        for (curvature, parts) in curvatures.iter().zip(&self.parts) {
+            six.add(curvature, &numbers[parts.parts[0].start / SIX..][..parts.dim], shape);
+        }
+    }
+
     /// H = 1 + Wᵀ C W. Comes after [`Rows::analyse`].
     pub fn fill(&mut self, curvatures: &[Curvature], blocks: &mut BlockFactor, shape: Shape) {
         blocks.unit(shape);
@@ -301,6 +311,17 @@ fn multiply_curvature(curvature: &Curvature, jac: &[f64], dim: usize, n: usize, 
             Curvature::Diagonal(d) => {
                 for ((out, row), d) in out.chunks_exact_mut(n).zip(jac.chunks_exact(n)).zip(d) {
                     (0..n).for_each(|i| out[i] = d * row[i]);
+                }
+            }
+            Curvature::Arrow { diagonal, first } => {
+                let (own, others) = out.split_at_mut(n);
+                let normal = &jac[..n];
+                (0..n).for_each(|i| own[i] = diagonal[0] * normal[i]);
+                for (k, (out, row)) in (1..).zip(others.chunks_exact_mut(n).zip(jac[n..].chunks_exact(n))) {
+                    for i in 0..n {
+                        own[i] += first[k] * row[i];
+                        out[i] = diagonal[k] * row[i] + first[k] * normal[i];
+                    }
                 }
             }
             Curvature::Full(full) => {

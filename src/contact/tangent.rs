@@ -44,8 +44,8 @@ pub fn constrain_at(model: &Model, settings: &Settings, state: &State, a: &[f64]
     if data.contacts.is_empty() && data.joint_rows.is_empty() && data.ties.is_empty() {
         return;
     }
-    let mut scratch = Scratch::of(model, data);
-    let Scratch { islands, island, own } = &mut *scratch;
+    let mut pad = std::mem::take(&mut data.scratch);
+    let Scratch { islands, island, own } = Scratch::of(&mut pad, model, data);
     islands.find(model, data);
     for group in 0..model.trees.len() {
         let (_, contacts, joints) = islands.group(group);
@@ -60,7 +60,7 @@ pub fn constrain_at(model: &Model, settings: &Settings, state: &State, a: &[f64]
         data.counts.rows += island.row_count();
         island.finish(model, data);
     }
-    data.scratch.put(scratch);
+    data.scratch = pad;
 }
 
 /// How the forces that [`constrain_at`] has just found change with the velocity v' at the end of the step:
@@ -79,8 +79,8 @@ pub fn tangent(model: &Model, settings: &Settings, state: &State, a: &[f64], dat
     trees.clear();
     blocks.clear();
     starts.push(0);
-    let mut scratch = Scratch::of(model, data);
-    let Scratch { islands, island, own } = &mut *scratch;
+    let mut pad = std::mem::take(&mut data.scratch);
+    let Scratch { islands, island, own } = Scratch::of(&mut pad, model, data);
     islands.find(model, data);
     for group in 0..model.trees.len() {
         let (members, contacts, joints) = islands.group(group);
@@ -103,7 +103,7 @@ pub fn tangent(model: &Model, settings: &Settings, state: &State, a: &[f64], dat
         differentiate(model, settings, state, data, own, island, forces, slopes, shifts);
         island.add_tangent(model, data, -settings.timestep, slopes, &mut blocks[at..]);
     }
-    data.scratch.put(scratch);
+    data.scratch = pad;
 }
 
 /// Forces of the island's constraints at the velocities and accelerations of their rows.

@@ -51,10 +51,10 @@ fn multiply_transposed(data: &Data, tree: &Tree, scale: &[f64], w: &[f64], out: 
 }
 
 /// w of a guess of qacc.
-pub fn of_qacc(data: &Data, tree: &Tree, scale: &[f64], smooth: &[f64], qacc: &[f64], w: &mut [f64]) {
+pub fn of_qacc(data: &Data, t: usize, tree: &Tree, scale: &[f64], smooth: &[f64], qacc: &[f64], w: &mut [f64]) {
     match &tree.free {
         Some(free) => {
-            let a = acceleration_of_mover(free, tree, data, qacc);
+            let a = acceleration_of_mover(t, free, tree, data, qacc);
             (0..SIX).for_each(|i| w[i] = (a[i] - smooth[i]) / scale[i]);
         }
         None => multiply(data, tree, scale, qacc, smooth, w),
@@ -101,7 +101,11 @@ pub fn finish(model: &Model, data: &mut Data, tree: usize, scale: &[f64], smooth
 /// A free joint's acceleration in the coordinates of its mover.
 ///
 ///     a_com = a + α × (com − x),   angular part Pᵀα      with α in the body's frame, P its principal axes
-fn acceleration_of_mover(free: &FreeBody, tree: &Tree, data: &Data, qacc: &[f64]) -> Row {
+#[inline]
+pub fn acceleration_of_mover(t: usize, free: &FreeBody, tree: &Tree, data: &Data, qacc: &[f64]) -> Row {
+    if let (true, Ok(qacc)) = (data.plan.aligned[t], Row::try_from(qacc)) {
+        return qacc;
+    }
     let (mover, xpos) = (&data.movers[tree.bodies.start], &data.xpos[tree.bodies.start]);
     let turn = free.axes.tr_mul(&vec3(&qacc[3..6]));
     let linear = vec3(&qacc[..3]) + (mover.axes * turn).cross(&(mover.com - xpos));

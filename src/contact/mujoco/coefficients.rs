@@ -1,17 +1,16 @@
 //! What MuJoCo makes of a contact's parameters: its cone, its softness, the accelerations that it asks for.
 
 use crate::contact::Task;
-use crate::contact::cost::Kind;
+use crate::contact::cost::{Cone, Kind};
 use crate::contact::impedance::{self, Reference};
 use crate::contact::newton::Constraint;
 use crate::data::Contact;
-use crate::model::{Cone, Mix, Model};
+use crate::model::{self, Mix, Model};
 
 /// What all contacts of a mix have in common.
 #[derive(Clone, Copy, Debug)]
 pub struct Coefficients {
     kind: Kind,
-    dim: usize,
     mu: [f64; 6],
     /// D of each row over D of the normal (elliptic).
     weight: [f64; 6],
@@ -42,8 +41,8 @@ impl Coefficients {
         let (opt, timestep) = (&task.model.opt, task.settings.timestep);
         let kind = match opt.cone {
             _ if mix.condim == 1 => Kind::OneSided,
-            Cone::Pyramidal => Kind::Pyramid,
-            Cone::Elliptic => Kind::Ellipse,
+            model::Cone::Pyramidal => Kind::Pyramid,
+            model::Cone::Elliptic => Kind::Ellipse,
         };
         let regular = mix.friction[0] / opt.impratio.sqrt();
         let mut mu = [0.0; 6];
@@ -68,7 +67,6 @@ impl Coefficients {
         let friction = if own { &mix.solreffriction } else { &mix.solref };
         Coefficients {
             kind,
-            dim: mix.condim,
             mu,
             weight,
             slant,
@@ -82,26 +80,25 @@ impl Coefficients {
         }
     }
 
-    /// Fills cone and bias of a contact's constraint.
+    /// Fills cone and bias of a contact.
     ///
     ///     r = dist − margin,   x₀ = J₀ a + B v₀ + K d(r) r,   xⱼ = Jⱼ a + B v_j
     ///
-    /// In: `dist` in m; `inverse` A of the normal, 1/kg (of the pyramid's first edge over `slant` with `diagexact`).
-    #[inline]
-    pub fn fill(&self, dist: f64, inverse: f64, c: &mut Constraint) {
-        let v = &c.velocity;
+    /// In: `dist` in m; `v` J v; `inverse` A of the normal, 1/kg (of the pyramid's first edge over `slant` with `diagexact`).
+    #[inline(always)]
+    pub fn fill(&self, dist: f64, inverse: f64, v: &[f64; 6], cone: &mut Cone, bias: &mut [f64; 6]) {
         let r = dist - self.margin;
         let d = impedance::impedance(&self.solimp, r);
         let inverse = inverse * self.slant;
         let least = impedance::least_regularisation(self.implicit, inverse);
         let stiff = 1.0 / (impedance::regularisation(d, inverse) * self.softening).max(least);
-        c.cone.kind = self.kind;
-        c.cone.mu = self.mu;
-        c.cone.d[0] = stiff;
-        c.bias[0] = -self.normal.acceleration(d, r, v[0]);
-        for j in 1..self.dim {
-            c.cone.d[j] = stiff * self.weight[j];
-            c.bias[j] = self.damping * v[j];
+        cone.kind = self.kind;
+        cone.mu = self.mu;
+        cone.d[0] = stiff;
+        bias[0] = -self.normal.acceleration(d, r, v[0]);
+        for j in 1..cone.dim {
+            cone.d[j] = stiff * self.weight[j];
+            bias[j] = self.damping * v[j];
         }
     }
 

@@ -12,6 +12,7 @@
 
 pub(crate) mod coefficients;
 pub mod efc;
+mod steady;
 
 use super::cost::Kind;
 use super::describe::{self, Description};
@@ -20,7 +21,8 @@ use super::island::{Island, Source};
 use super::newton::{self, Constraint, Stop};
 use super::per_mix::PerMix;
 use super::{Law, Lever, Task};
-use crate::data::{JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
+use crate::data::{Contact, JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
+use crate::math::Vec6;
 use crate::model::Model;
 use crate::state::Start;
 use coefficients::Coefficients;
@@ -34,7 +36,7 @@ pub static LAW: Law = Law {
     lever: Lever::Midpoint,
     solve,
     pose: Some(pose),
-    shortcut: None,
+    shortcut: Some(shortcut),
     friction: |_, mix| mix.friction,
     describe: |ask| Description { creep: Some(describe::soft_creep(ask)), ..describe::soft(ask) },
     unlike: None,
@@ -44,6 +46,16 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     pose(task, own, island);
     island.guess(task.model, task.data, &task.state.qacc_warmstart);
     newton::minimise(task, island, &stop(task.model))
+}
+
+fn shortcut(
+    task: &Task,
+    own: &mut Scratchpad,
+    tree: usize,
+    which: &[usize],
+    contacts: &mut [Contact],
+) -> Option<(Vec6, f64)> {
+    steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
 }
 
 /// Turns the island's constraints into terms of the convex problem.
@@ -59,7 +71,8 @@ fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
                 } else {
                     coefficients::inverse_mass(task.model, contact)
                 };
-                own.fill(contact.dist, inverse, &mut island.constraints[i]);
+                let Constraint { velocity, cone, bias, .. } = &mut island.constraints[i];
+                own.fill(contact.dist, inverse, velocity, cone, bias);
                 if own.switches_on(contact.dist) {
                     own.switch_on(contact.dist, &mut island.constraints[i]);
                 }

@@ -112,6 +112,8 @@ const IMPLICIT_SLIP: f64 = 1e-3;
 #[derive(Clone, Copy, Debug)]
 pub struct Coefficients {
     friction: [f64; 5],
+    /// The same, over the first of each group's.
+    scale: [f64; 5],
     solimp: [f64; 5],
     spring: Reference,
     margin: f64,
@@ -129,6 +131,7 @@ impl Coefficients {
         let pyramid = opt.cone == Cone::Pyramidal && mix.condim > 1;
         Coefficients {
             friction: mix.friction,
+            scale: std::array::from_fn(|k| mix.friction[k] / mix.friction[[0, 0, 2, 3, 3][k]]),
             solimp,
             spring: Reference::new(&mix.solref, &solimp, task.settings.timestep, opt.flags.refsafe),
             margin: mix.margin,
@@ -138,7 +141,13 @@ impl Coefficients {
     }
 }
 
-fn shortcut(task: &Task, own: &mut Scratchpad, tree: usize, which: &[usize], contacts: &mut [Contact]) -> Option<Vec6> {
+fn shortcut(
+    task: &Task,
+    own: &mut Scratchpad,
+    tree: usize,
+    which: &[usize],
+    contacts: &mut [Contact],
+) -> Option<(Vec6, f64)> {
     steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
 }
 

@@ -1,172 +1,182 @@
 //! The last step's forces, tried on one free body against things that never move: mostly they are still right.
 //!
-//! A body that rests, slides, or rolls on needs the same forces in every step. Whether they still solve the equations is
-//! seen without rows and without a matrix, in the contact's own coordinates: axes n, s, t of its frame, r the arm from
-//! the centre of mass, W the inverse inertia and m the mass,
+//! Whether they still solve the equations is seen without rows and without a matrix ([`crate::contact::single_body`]); the
+//! residual is [`mod@super::residual`]'s. What it does not accept is solved the general way; a test compares the two. Worth it
+//! (`penny bench --against mujoco`, times MuJoCo's speed with it and without): a sphere that rolls 9.1 and 7.2, a box at rest
+//! 7.7 and 4.9, the tutorial's disk 8.3 and 5.2, a T at rest 7.9 and 4.4.
 //!
-//!     a = a₀ + σ Σ f/m,   α = α₀ + σ W Σ (r × f + τ),     σ = 1 if the body is the second of the two, else −1
-//!
-//! and the residual is [`mod@super::residual`]'s. What it does not accept is solved the general way; a test compares the
-//! two. Worth it (`penny bench --against mujoco`, times MuJoCo's speed with it and without): a sphere that rolls 9.1 and
-//! 7.2, a box at rest 7.7 and 4.9, the tutorial's disk 8.3 and 5.2, a T at rest 7.9 and 4.4.
+//! The contacts' numbers lie side by side in arrays of L lanes, so that loops over them have a fixed length and fill vector
+//! registers. Lanes beyond the last contact look like it, without force, and do not count.
 
-use super::{Coefficients, TOLERANCE};
-use crate::contact::Task;
-use crate::contact::cost::GROUPS;
-use crate::contact::impedance::{impedance, regularisation, share};
-use crate::contact::mujoco::coefficients::inverse_mass;
+use std::array::from_fn;
+
+use super::{Coefficients, SLIP, TOLERANCE};
+use crate::contact::impedance::{impedance, regularisation};
+use crate::contact::single_body::{Motion, SingleBody, alike};
+use crate::contact::{Lever, Task};
 use crate::data::Contact;
-use crate::math::{Mat3, Vec3, Vec6};
+use crate::math::{Vec3, Vec6};
 
-/// Most contacts that are tried.
-pub const MOST: usize = 8;
-
-/// The acceleration of the body's mover, if the forces that the contacts have solve the equations.
+/// The acceleration of the body's mover, if the forces that the contacts have solve the equations, and the residual.
 ///
-/// In: the tree's contacts that push; all in one frame and of one mix, at most [`MOST`], under an explicit integrator.
+/// In: the tree's contacts that push; all in one frame and of one mix, at most [`MOST`](super::super::single_body::MOST),
+/// under an explicit integrator.
 pub fn steady(
     task: &Task,
     coefficients: &[Coefficients],
     tree: usize,
     which: &[usize],
     contacts: &mut [Contact],
-) -> Option<Vec6> {
-    let first = &contacts[which[0]];
-    let alike = |c: &Contact| c.mix == first.mix && c.frame == first.frame && c.body == first.body;
-    let flags = &task.model.opt.flags;
-    if which.len() > MOST || flags.diagexact || task.settings.implicit {
+) -> Option<(Vec6, f64)> {
+    let mix = contacts[which[0]].mix as usize;
+    if task.model.opt.flags.diagexact || task.settings.implicit || !alike(which, contacts) {
         return None;
     }
-    if !which[1..].iter().all(|&c| alike(&contacts[c])) {
-        return None;
-    }
-    let own = &coefficients[first.mix as usize];
-    match (task.model.mixes[first.mix as usize].condim, which.len()) {
+    let own = &coefficients[mix];
+    match (task.model.mixes[mix].condim, which.len()) {
         (1, 1) => tried::<1, 1>(task, own, tree, which, contacts),
-        (1, _) => tried::<1, MOST>(task, own, tree, which, contacts),
+        (1, _) => tried::<1, 8>(task, own, tree, which, contacts),
         (3, 1) => tried::<3, 1>(task, own, tree, which, contacts),
         (3, 2..=4) => tried::<3, 4>(task, own, tree, which, contacts),
-        (3, _) => tried::<3, MOST>(task, own, tree, which, contacts),
+        (3, _) => tried::<3, 8>(task, own, tree, which, contacts),
         (4, 1) => tried::<4, 1>(task, own, tree, which, contacts),
-        (4, _) => tried::<4, MOST>(task, own, tree, which, contacts),
+        (4, _) => tried::<4, 8>(task, own, tree, which, contacts),
         (_, 1) => tried::<6, 1>(task, own, tree, which, contacts),
         (_, 2) => tried::<6, 2>(task, own, tree, which, contacts),
-        _ => tried::<6, MOST>(task, own, tree, which, contacts),
+        _ => tried::<6, 8>(task, own, tree, which, contacts),
     }
 }
 
 /// [`steady`] for at most L contacts of DIM rows.
-#[inline]
 fn tried<const DIM: usize, const L: usize>(
     task: &Task,
     own: &Coefficients,
     tree: usize,
     which: &[usize],
     contacts: &mut [Contact],
-) -> Option<Vec6> {
+) -> Option<(Vec6, f64)> {
     let Task { model, data, settings, .. } = *task;
     let root = model.trees[tree].bodies.start;
     let mover = &data.movers[root];
-    let first = &contacts[which[0]];
-    let side = usize::from(first.body[1] as usize == root);
-    let sign = if side == 1 { 1.0 } else { -1.0 };
-    let n = which.len();
+    let body = SingleBody::new::<DIM>(mover, root, &contacts[which[0]], Lever::Surface);
+    let n = which.len().min(L);
 
-    // The body in the contact's axes.
-    let frame =
-        if DIM > 1 { first.frame } else { crate::collision::frame(&first.frame.row(0).transpose(), &Vec3::zeros()) };
-    let axes = frame * mover.axes;
-    let inverse_inertia = Vec3::new(mover.minv[3], mover.minv[4], mover.minv[5]);
-    let w: Mat3 = axes * Mat3::from_diagonal(&inverse_inertia) * axes.transpose();
-    let parts = |v: &Vec6| (frame * Vec3::new(v[0], v[1], v[2]), axes * Vec3::new(v[3], v[4], v[5]));
-    let ((vel, omega), (mut acc, mut alpha)) = (parts(&mover.vel), parts(&mover.acc));
-
-    // Their arms, and what their forces do together.
-    let (mut arm, mut lever2) = ([Vec3::zeros(); L], [0.0; L]);
-    let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
-    for i in 0..n.min(L) {
-        let c = &contacts[which[i]];
-        let lever = c.pos - mover.com;
-        lever2[i] = lever.norm_squared();
-        arm[i] = frame * lever;
-        // The body's own surface.
-        arm[i].x += sign * 0.5 * c.dist;
-        let f = if DIM > 1 { Vec3::new(c.force[0], c.force[1], c.force[2]) } else { Vec3::new(c.force[0], 0.0, 0.0) };
-        force += f;
-        torque += arm[i].cross(&f);
-        if DIM > 3 {
-            torque.x += c.force[3];
-        }
-        if DIM > 4 {
-            torque.y += c.force[4];
-            torque.z += c.force[5];
-        }
+    let (mut dist, mut linear, mut angular, mut lever2) = ([0.0; L], [0.0; L], [0.0; L], [0.0; L]);
+    let (mut arm, mut force) = ([[0.0; L]; 3], [[0.0; L]; DIM]);
+    for i in 0..L {
+        let c = &contacts[which[i.min(n - 1)]];
+        let r = body.arm(c);
+        (0..3).for_each(|k| arm[k][i] = r[k]);
+        (0..DIM).for_each(|k| force[k][i] = if i < n { c.force[k] } else { 0.0 });
+        (dist[i], lever2[i]) = (c.dist, (c.pos - mover.com).norm_squared());
+        [linear[i], angular[i]] = model.bodies[model.geoms[c.geom[body.side] as usize].body].invweight0;
     }
-    acc += force * (sign * mover.minv[0]);
-    alpha += w * torque * sign;
-
-    // Whether each force is what its formula asks for.
-    let per_step = 1.0 / settings.timestep;
-    let [linear, angular] = model.bodies[model.geoms[first.geom[side] as usize].body].invweight0;
-    let (mut most, mut scale) = (0.0f64, 0.0f64);
-    let mut wishes = [[0.0; DIM]; L];
-    for i in 0..n.min(L) {
-        let c = &contacts[which[i]];
-        let body = model.geoms[c.geom[side] as usize].body;
-        let [linear, angular] = if body == model.geoms[first.geom[side] as usize].body {
-            [linear, angular]
-        } else {
-            model.bodies[body].invweight0
-        };
-        let inverse = if linear == 0.0 { inverse_mass(model, c) } else { linear };
-        let v = (vel + omega.cross(&arm[i])) * sign;
-        let a = (acc + alpha.cross(&arm[i])) * sign;
-        let r = c.dist - own.margin;
-        let d = impedance(&own.solimp, r) * share(-r, own.onset);
-        let softness = regularisation(d, inverse) * own.stiffening;
-        let reference = own.spring.acceleration(d, r, v.x);
-        let x = a.x - reference;
-        wishes[i][0] = (c.force[0] - (x + softness * c.force[0]) / inverse).max(0.0);
-        most = most.max(inverse * (c.force[0] - wishes[i][0]).abs());
-        scale = scale.max(inverse * c.force[0].abs()).max(1e-4 * reference.abs());
-        if DIM == 1 {
-            continue;
-        }
-        let slip = v * per_step;
-        let (spin, turn) = (omega * (sign * per_step), alpha * sign);
-        let slips = [a.y + slip.y, a.z + slip.z, turn.x + spin.x, turn.y + spin.y, turn.z + spin.z];
-        let inverses = [linear + angular * lever2[i], angular, angular];
-        for (group, inverse) in GROUPS.into_iter().zip(inverses) {
-            if group.end > DIM || inverse == 0.0 {
-                break;
-            }
-            let (mut square, mut wanted) = (0.0, [0.0; 2]);
-            let mu = own.friction[group.start - 1];
-            for (wanted, k) in wanted.iter_mut().zip(group.clone()) {
-                // In slips and forces scaled by the rows' coefficients the limit is a circle.
-                let ratio = own.friction[k - 1] / mu;
-                *wanted = c.force[k] / ratio * (1.0 - super::SLIP) - ratio * slips[k - 1] / inverse;
-                square += *wanted * *wanted;
-                scale = scale.max(1e-4 * slips[k - 1].abs());
-            }
-            let limit = mu * c.force[0];
-            let shrink = if square > limit * limit { limit / square.sqrt() } else { 1.0 };
-            for (wanted, k) in wanted.iter().zip(group) {
-                let ratio = own.friction[k - 1] / mu;
-                wishes[i][k] = wanted * shrink * ratio;
-                most = most.max(inverse * (c.force[k] / ratio - wanted * shrink).abs());
-            }
-        }
-    }
-    if most > TOLERANCE * scale || most.is_nan() {
+    if linear.contains(&0.0) {
         return None;
     }
-    // Part of the way to what was wished for (Jacobi), for the next step: else an error within the tolerance would stay.
-    for (wish, &c) in wishes.iter().zip(which) {
-        for (f, wish) in contacts[c].force.iter_mut().zip(wish) {
-            *f += (wish - *f) / L as f64;
+
+    let vel = body.motion(&mover.vel);
+    let v = along(&vel, &arm);
+    let r = dist.map(|dist| dist - own.margin);
+    let d = r.map(|r| impedance(&own.solimp, r));
+    let reference: [f64; L] = from_fn(|i| own.spring.acceleration(d[i], r[i], v[0][i]));
+    let softness: [f64; L] = from_fn(|i| regularisation(d[i], linear[i]) * own.stiffening);
+    let per_step = 1.0 / settings.timestep;
+    let sliding = from_fn(|i| linear[i] + angular[i] * lever2[i]);
+    let turns = !angular.contains(&0.0);
+
+    // What their forces do together.
+    let (mut total, mut torque) = (Vec3::zeros(), Vec3::zeros());
+    for i in 0..L {
+        let f: Vec3 = Vec3::from_fn(|k, _| if k < DIM { force[k][i] } else { 0.0 });
+        total += f;
+        torque += Vec3::new(arm[0][i], arm[1][i], arm[2][i]).cross(&f);
+        (3..DIM).for_each(|k| torque[k - 3] += force[k][i]);
+    }
+    let acceleration = mover.acc + body.acceleration(&total, &torque);
+    let acc = body.motion(&acceleration);
+    let a = along(&acc, &arm);
+
+    // Whether each is what its formula asks for.
+    let mut check = Check { wish: [[0.0; L]; DIM], off: [0.0; L], size: [0.0; L] };
+    let x: [f64; L] = from_fn(|i| a[0][i] - reference[i] + softness[i] * force[0][i]);
+    check.wish[0] = from_fn(|i| (force[0][i] - x[i] / linear[i]).max(0.0));
+    check.off = from_fn(|i| linear[i] * (force[0][i] - check.wish[0][i]).abs());
+    check.size = from_fn(|i| (linear[i] * force[0][i].abs()).max(1e-4 * reference[i].abs()));
+    if DIM >= 3 {
+        let slip = [1, 2].map(|k: usize| from_fn(|i| a[k][i] + per_step * v[k][i]));
+        check.friction(own, &force, 1, slip, &sliding);
+    }
+    if DIM >= 4 && turns {
+        let turn = acc.angular + vel.angular * per_step;
+        check.friction(own, &force, 3, [[turn.x; L]], &angular);
+        if DIM >= 6 {
+            check.friction(own, &force, 4, [[turn.y; L], [turn.z; L]], &angular);
         }
     }
-    let (a, turn) = (frame.tr_mul(&acc), axes.tr_mul(&alpha));
-    Some(Vec6::new(a.x, a.y, a.z, turn.x, turn.y, turn.z))
+    let (mut most, mut size) = (0.0f64, 0.0f64);
+    for i in 0..n {
+        (most, size) = (most.max(check.off[i]), size.max(check.size[i]));
+    }
+    if most > TOLERANCE * size || most.is_nan() {
+        return None;
+    }
+
+    // Part of the way to what was wished for (Jacobi), for the next step: else an error within the tolerance would stay.
+    for (i, &c) in which.iter().enumerate().take(L) {
+        (0..DIM).for_each(|k| contacts[c].force[k] += (check.wish[k][i] - force[k][i]) / L as f64);
+    }
+    Some((acceleration, if most == 0.0 { 0.0 } else { most / size }))
+}
+
+/// Its linear part at each of the contacts, component by component.
+#[inline(always)]
+fn along<const L: usize>(motion: &Motion, [x, y, z]: &[[f64; L]; 3]) -> [[f64; L]; 3] {
+    let Motion { linear: v, angular: w } = motion;
+    [
+        from_fn(|i| v.x + (w.y * z[i] - w.z * y[i])),
+        from_fn(|i| v.y + (w.z * x[i] - w.x * z[i])),
+        from_fn(|i| v.z + (w.x * y[i] - w.y * x[i])),
+    ]
+}
+
+/// What the contacts' formulas ask for, and how far that is from what they have.
+struct Check<const DIM: usize, const L: usize> {
+    wish: [[f64; L]; DIM],
+    /// λ |f − wish| of each contact, and what it is measured by: m/s², rad/s².
+    off: [f64; L],
+    size: [f64; L],
+}
+
+impl<const DIM: usize, const L: usize> Check<DIM, L> {
+    /// A group of N friction rows, from `first` on, with their slips per step and inverse masses λ.
+    ///
+    /// In slips and forces scaled by the rows' coefficients the limit is a circle.
+    #[inline(always)]
+    fn friction<const N: usize>(
+        &mut self,
+        own: &Coefficients,
+        force: &[[f64; L]; DIM],
+        first: usize,
+        slip: [[f64; L]; N],
+        inverse: &[f64; L],
+    ) {
+        let (mu, scale): (f64, [f64; N]) = (own.friction[first - 1], from_fn(|k| own.scale[first - 1 + k]));
+        let mobility = inverse.map(|inverse| 1.0 / inverse);
+        let scaled: [[f64; L]; N] = from_fn(|k| from_fn(|i| force[first + k][i] / scale[k]));
+        let wanted: [[f64; L]; N] =
+            from_fn(|k| from_fn(|i| scaled[k][i] * (1.0 - SLIP) - scale[k] * slip[k][i] * mobility[i]));
+        let shrink: [f64; L] = from_fn(|i| {
+            let (limit, square) = (mu * force[0][i], wanted.iter().map(|w| w[i] * w[i]).sum::<f64>());
+            if square > limit * limit { limit / square.sqrt() } else { 1.0 }
+        });
+        for k in 0..N {
+            for i in 0..L {
+                let wish = wanted[k][i] * shrink[i];
+                self.wish[first + k][i] = scale[k] * wish;
+                self.off[i] = self.off[i].max(inverse[i] * (scaled[k][i] - wish).abs());
+                self.size[i] = self.size[i].max(1e-4 * slip[k][i].abs());
+            }
+        }
+    }
 }
