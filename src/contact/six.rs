@@ -100,7 +100,7 @@ fn eliminate<const SYMMETRIC: bool>(h: &mut [Row; SIX]) {
         let inverse = 1.0 / own[i];
         for j in i + 1..SIX {
             let factor = inverse * if SYMMETRIC { own[j] } else { h[j][i] };
-            for k in if SYMMETRIC { j / 2 * 2 } else { (i + 1) / 2 * 2 }..SIX {
+            for k in if SYMMETRIC { j / 2 * 2 } else { i.next_multiple_of(2) }..SIX {
                 h[j][k] -= factor * own[k];
             }
             h[j][i] = factor;
