@@ -13,6 +13,8 @@ MuJoCo, `sweep` and `rollout` run it many times, here or on a cluster.
 What MuJoCo has and Penny has not is an `AttributeError` or a `NotImplementedError` that names it.
 """
 
+import numpy as np
+
 from . import _dynamics, _enums, _math, _penny, _render, rollout, viewer
 from ._dynamics import *  # noqa: F403
 from ._enums import *  # noqa: F403
@@ -21,11 +23,13 @@ from ._math import *  # noqa: F403
 from ._penny import *  # noqa: F403
 from ._render import *  # noqa: F403
 from ._simulation import Simulation, Trajectory
-from ._state import mj_getState, mj_setState, mj_stateSize
+from ._state import mj_getState, mj_setKeyframe, mj_setState, mj_stateSize
 from ._sweep import compare, set_parameter, sweep
 from ._table import Table
 from ._visual import MjStatistic, MjVisual
 
+# Numbers are float64.
+MJTNUM_DTYPE, MJTNUM_BYTES = np.float64, 8
 mjVERSION_HEADER = 4000000
 mjMINVAL, mjPI, mjMAXVAL, mjNREF, mjNIMP = 1e-15, 3.141592653589793, 1e10, 2, 5
 # The version of MuJoCo whose names and numbers these are, and Penny's own.
@@ -58,6 +62,7 @@ __all__ = [
     "Trajectory",
     "compare",
     "mj_getState",
+    "mj_setKeyframe",
     "mj_setState",
     "mj_stateSize",
     "mj_version",

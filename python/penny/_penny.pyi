@@ -308,13 +308,11 @@ class MjModel:
     tendon_limited: NDArray[np.bool_]
     tendon_margin: NDArray[np.float64]
     tendon_range: NDArray[np.float64]
-    tendon_rgba: NDArray[np.float32]
     tendon_solimp_fri: NDArray[np.float64]
     tendon_solimp_lim: NDArray[np.float64]
     tendon_solref_fri: NDArray[np.float64]
     tendon_solref_lim: NDArray[np.float64]
     tendon_stiffness: NDArray[np.float64]
-    tendon_width: NDArray[np.float64]
     vis: Any
     warnings: str
 
@@ -469,6 +467,9 @@ def mj_comPos(m: MjModel, d: MjData) -> None:
 def mj_contactForce(m: MjModel, d: MjData, id: int, result: NDArray[np.float64]) -> None:
     """Force and torque of a contact in its frame: normal, two tangential (N), torsional, two rolling (N m)."""
 
+def mj_copyData(dest: Any, m: MjModel, src: Any) -> None:
+    """`dest` becomes a copy of `src`: the state, and what belongs to it."""
+
 def mj_differentiatePos(m: MjModel, qvel: NDArray[np.float64], dt: float, qpos1: ArrayLike, qpos2: ArrayLike) -> None:
     """The velocity (nv) that leads from `qpos1` to `qpos2` (nq) in a time `dt`, s, into `qvel`."""
 
@@ -526,6 +527,12 @@ def mj_normalizeQuat(m: MjModel, qpos: NDArray[np.float64]) -> None:
 def mj_objectVelocity(m: MjModel, d: MjData, objtype: int, objid: int, res: NDArray[np.float64], flg_local: int) -> None:
     """Velocity of a body, geom or site at its centre: angular (rad/s), linear (m/s), into `res` (6); in world axes or, with
     `flg_local`, its own."""
+
+def mj_ray(m: MjModel, d: MjData, pnt: Any, vec: ArrayLike, geomgroup: Any, flg_static: Any, bodyexclude: Any, geomid: Any, normal: Any = None) -> None:
+    """Distance along a ray (in lengths of `vec`) from a point of the world to the nearest geom; −1 if there is none.
+
+    Geoms are left out whose group `geomgroup` (6) says 0 for, with `flg_static` false those that never move, those of
+    the body `bodyexclude` (−1: none), and what is quite transparent. `geomid` (1) gets the geom's id."""
 
 def mj_resetData(m: MjModel, d: MjData) -> None:
     """The model's state at rest: `qpos0`, time 0, no controls or applied forces. All that follows from it is computed."""

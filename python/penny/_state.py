@@ -64,3 +64,15 @@ def mj_setState(m, d, state, sig) -> None:
             array = getattr(d, name)
             array[...] = flat[at : at + n].reshape(array.shape)
         at += n
+
+
+def mj_setKeyframe(m, d, k: int) -> None:
+    """The state of the data becomes the k-th keyframe of the model, but for mocap bodies.
+
+    Errors: `IndexError` if there is no such keyframe, `NotImplementedError` for a model with mocap bodies.
+    """
+    if not 0 <= k < m.nkey:
+        raise IndexError(f"keyframe {k}: there are {m.nkey}")
+    if m.nmocap:
+        raise NotImplementedError("Penny cannot set the mocap bodies of a keyframe")
+    m.key_time[k], m.key_qpos[k], m.key_qvel[k], m.key_act[k], m.key_ctrl[k] = d.time, d.qpos, d.qvel, d.act, d.ctrl

@@ -40,7 +40,17 @@ class Rollout:
         if not self._open:
             raise RuntimeError("rollout requested after thread pool shutdown")
         return _run(
-            model, data, initial_state, control, control_spec, nstep, initial_warmstart, state, sensordata, self.nthread
+            model,
+            data,
+            initial_state,
+            control,
+            control_spec,
+            nstep,
+            initial_warmstart,
+            state,
+            sensordata,
+            chunk_size,
+            self.nthread,
         )
 
 
@@ -64,13 +74,25 @@ def rollout(
     In: a model, or one for each world; `initial_state` (nbatch or 1, nstate) with nstate = mj_stateSize(FULLPHYSICS);
     `control` (nbatch or 1, nstep or 1, ncontrol), what `control_spec` says: a sum of `mjtState` bits; `data` (as many
     as MuJoCo takes threads) are not touched; without `control` theirs count. Out: states (nbatch, nstep, nstate) and
-    sensor values (nbatch, nstep, nsensordata) after each step. A world that fails stays where it is, with a warning
-    that names it.
+    sensor values (nbatch, nstep, nsensordata) after each step. `chunk_size` and `persistent_pool` change nothing:
+    threads share the work as it comes. A world that fails stays where it is, with a warning that names it.
 
     Errors: `ValueError` for shapes that do not fit.
     """
     threads = len(data) if isinstance(data, (list, tuple)) and len(data) > 1 else 0
-    return _run(model, data, initial_state, control, control_spec, nstep, initial_warmstart, state, sensordata, threads)
+    return _run(
+        model,
+        data,
+        initial_state,
+        control,
+        control_spec,
+        nstep,
+        initial_warmstart,
+        state,
+        sensordata,
+        chunk_size,
+        threads,
+    )
 
 
 def _with_dimensions(array, n: int, name: str):
@@ -95,13 +117,20 @@ def _length(axis: int, given: int | None, **arrays) -> int:
     return lengths.pop() if lengths else 1
 
 
-def _run(model, data, initial, control, spec, nstep, warm, state, sensordata, threads):
+def _run(model, data, initial, control, spec, nstep, warm, state, sensordata, chunk, threads):
     models = [model] if isinstance(model, MjModel) else list(model)
     spec = int(spec)
     if spec & ~int(mjtState.mjSTATE_USER):
         raise ValueError("control_spec can only contain bits in mjSTATE_USER")
-    if nstep is not None and (isinstance(nstep, bool) or not isinstance(nstep, (int, np.integer)) or nstep < 0):
-        raise ValueError("nstep must be a non-negative integer")
+    for name, value in (("nstep", nstep), ("chunk_size", chunk)):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, (int, np.integer))):
+            raise ValueError(f"{name} must be an integer")
+    if nstep is not None and nstep < 0:
+        raise ValueError("nstep must be non-negative")
+    if chunk is not None and chunk <= 0:
+        raise ValueError("chunk_size must be a positive integer")
+    if isinstance(data, (list, tuple)) and not data:
+        raise ValueError("The list of data instances is empty")
     first = models[0]
     if control is None and data is not None:
         # As in MuJoCo what is not given stays as it is in the data.
@@ -148,6 +177,10 @@ def _run(model, data, initial, control, spec, nstep, warm, state, sensordata, th
     if sensordata is not None:
         sensordata[...], sensors = sensors, sensordata
     return states, sensors
+
+
+def shutdown_persistent_pool() -> None:
+    """Threads are kept for all rollouts alike: there is nothing to be shut down."""
 
 
 class _Callable(types.ModuleType):

@@ -491,3 +491,69 @@ pub fn mj_setConst(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResul
     let _ = d.try_borrow()?;
     m.borrow_mut().sync(py)
 }
+
+/// `dest` becomes a copy of `src`: the state, and what belongs to it.
+#[pyfunction]
+pub fn mj_copyData(py: Python, dest: &Bound<MjData>, m: &Bound<MjModel>, src: &Bound<MjData>) -> PyResult<()> {
+    if dest.is(src) {
+        return Ok(());
+    }
+    let (mut from, mut to) = (src.borrow_mut(), dest.borrow_mut());
+    from.pull(py, &mut m.borrow_mut())?;
+    to.pull(py, &mut m.borrow_mut())?;
+    let (from, into) = (&from.core, &mut to.core);
+    into.state.copy_from(&from.state);
+    into.at.copy_from(&from.at);
+    into.data = from.data.clone();
+    to.push_all(py);
+    Ok(())
+}
+
+/// Distance along a ray (in lengths of `vec`) from a point of the world to the nearest geom; −1 if there is none.
+///
+/// Geoms are left out whose group `geomgroup` (6) says 0 for, with `flg_static` false those that never move, those of
+/// the body `bodyexclude` (−1: none), and what is quite transparent. `geomid` (1) gets the geom's id.
+#[pyfunction]
+#[pyo3(signature = (m, d, pnt, vec, geomgroup, flg_static, bodyexclude, geomid, normal=None))]
+#[allow(clippy::too_many_arguments)]
+pub fn mj_ray(
+    m: &Bound<MjModel>,
+    d: &Bound<MjData>,
+    pnt: Given,
+    vec: Given,
+    geomgroup: Option<Given>,
+    flg_static: bool,
+    bodyexclude: i64,
+    geomid: Option<&Bound<PyArrayDyn<i32>>>,
+    normal: Option<&Bound<PyAny>>,
+) -> PyResult<f64> {
+    if normal.is_some() {
+        return Err(PyNotImplementedError::new_err("mj_ray: Penny finds no normal where a ray meets a geom"));
+    }
+    let (data, _) = (d.borrow(), m.try_borrow()?);
+    let Core { model, data: engine, .. } = &data.core;
+    let (origin, direction) = (vec3(&numbers("pnt", &pnt, 3)?), vec3(&numbers("vec", &vec, 3)?));
+    let groups = geomgroup.map(|g| numbers("geomgroup", &g, 6)).transpose()?;
+    let seen = |g: &penny::model::Geom| {
+        let group = g.group.clamp(0, 5) as usize;
+        groups.as_ref().is_none_or(|groups| groups[group] != 0.0)
+            && (flg_static || model.bodies[g.body].weld != 0)
+            && g.body as i64 != bodyexclude
+            && g.rgba[3] != 0.0
+    };
+    let mut nearest: Option<(f64, usize)> = None;
+    for (i, geom) in model.geoms.iter().enumerate().filter(|(_, g)| seen(g)) {
+        let pos = engine.xpos[geom.body] + engine.xmat[geom.body] * geom.pos;
+        let axes = penny::math::mat(&(engine.xquat[geom.body] * geom.quat));
+        if let Some(t) = penny::collision::ray::distance(geom.kind, &geom.size, &pos, &axes, &origin, &direction) {
+            if nearest.is_none_or(|(least, _)| t < least) {
+                nearest = Some((t, i));
+            }
+        }
+    }
+    if let Some(id) = geomid {
+        let mut id = id.try_readwrite().map_err(|e| PyTypeError::new_err(format!("geomid cannot be written: {e}")))?;
+        id.as_array_mut().fill(nearest.map_or(-1, |(_, i)| i as i32));
+    }
+    Ok(nearest.map_or(-1.0, |(t, _)| t))
+}

@@ -36,10 +36,11 @@ mod _penny {
     use crate::data::MjData;
     #[pymodule_export]
     use crate::functions::{
-        mj_applyFT, mj_comPos, mj_contactForce, mj_differentiatePos, mj_energyPos, mj_energyVel, mj_forward, mj_fullM,
-        mj_getTotalmass, mj_id2name, mj_integratePos, mj_jac, mj_jacBody, mj_jacBodyCom, mj_jacGeom, mj_jacSite,
-        mj_jacSubtreeCom, mj_kinematics, mj_mulM, mj_name2id, mj_normalizeQuat, mj_objectVelocity, mj_resetData,
-        mj_resetDataKeyframe, mj_rnePostConstraint, mj_setConst, mj_step, mj_step1, mj_step2, mj_subtreeVel,
+        mj_applyFT, mj_comPos, mj_contactForce, mj_copyData, mj_differentiatePos, mj_energyPos, mj_energyVel,
+        mj_forward, mj_fullM, mj_getTotalmass, mj_id2name, mj_integratePos, mj_jac, mj_jacBody, mj_jacBodyCom,
+        mj_jacGeom, mj_jacSite, mj_jacSubtreeCom, mj_kinematics, mj_mulM, mj_name2id, mj_normalizeQuat,
+        mj_objectVelocity, mj_ray, mj_resetData, mj_resetDataKeyframe, mj_rnePostConstraint, mj_setConst, mj_step,
+        mj_step1, mj_step2, mj_subtreeVel,
     };
     #[pymodule_export]
     use crate::model::MjModel;

@@ -257,11 +257,11 @@ impl MjModel {
             let name = name.to_cow()?;
             let names = self.names(kind).unwrap_or_default();
             return names.iter().position(|n| **n == name && !name.is_empty()).ok_or_else(|| {
-                let hint = mjcf::nearest(&name, names.iter().copied()).map(|n| format!(" Did you mean '{n}'?"));
-                let valid: Vec<_> = names.iter().filter(|n| !n.is_empty()).map(|n| format!("'{n}'")).collect();
-                let valid = valid.join(", ");
-                let hint = hint.unwrap_or_default();
-                PyKeyError::new_err(format!("Invalid name '{name}'.{hint} Valid names: [{valid}]"))
+                let near = mjcf::nearest(&name, names.iter().copied());
+                let hint = near.map(|near| format!(". Did you mean '{near}'?")).unwrap_or_default();
+                let mut valid: Vec<_> = names.iter().filter(|n| !n.is_empty()).map(|n| format!("'{n}'")).collect();
+                valid.sort_unstable();
+                PyKeyError::new_err(format!("Invalid name '{name}'. Valid names: [{}]{hint}", valid.join(", ")))
             });
         }
         let i: isize = which.extract()?;

@@ -150,6 +150,25 @@ def test_object_velocity_and_applied_wrench(random_state):
     assert close(ours, theirs)
 
 
+def test_rays(random_state):
+    mm, md, pm, pd = random_state.mm, random_state.md, random_state.pm, random_state.pd
+    random = np.random.default_rng(0)
+    met = 0
+    for _ in range(50):
+        point = np.array([0, 0, 1.5]) + random.normal(size=3)
+        # Towards something, and past it.
+        way = md.geom_xpos[random.integers(mm.ngeom)] - point + 0.1 * random.normal(size=3)
+        group, static = random.integers(0, 2, 6).astype(np.uint8), bool(random.integers(2))
+        for args in ((None, True, -1), (group, static, int(random.integers(mm.nbody)))):
+            a, b = np.zeros(1, np.int32), np.zeros(1, np.int32)
+            theirs = mujoco.mj_ray(mm, md, point, way, *args, a)
+            ours = penny.mj_ray(pm, pd, point, way, *args, b)
+            # Where two geoms touch either may be met first.
+            assert np.isclose(ours, theirs, atol=1e-9) and (a[0] < 0) == (b[0] < 0)
+            met += a[0] >= 0
+    assert met > 20
+
+
 def test_positions_on_the_manifold(random_state):
     mm, pm = random_state.mm, random_state.pm
     velocity = np.random.default_rng(0).normal(size=mm.nv)
@@ -326,6 +345,27 @@ def test_copies_and_pickles_go_on_alike():
     for other in others:
         penny.mj_step(other.model, other, 100)
         assert np.array_equal(other.qpos, d.qpos) and other.time == d.time
+
+
+def test_one_data_becomes_another():
+    m = penny.MjModel.from_xml_path(MODELS / "stack.xml")
+    a, b = penny.MjData(m), penny.MjData(m)
+    penny.mj_step(m, a, 100)
+    penny.mj_copyData(b, m, a)
+    assert np.array_equal(a.xpos, b.xpos) and np.array_equal(a.contact.dist, b.contact.dist)
+    for d in (a, b):
+        penny.mj_step(m, d, 100)
+    assert np.array_equal(a.qpos, b.qpos)
+
+
+def test_a_keyframe_is_set():
+    m = penny.MjModel.from_xml_path(MODELS / "disk_traction.xml")
+    d = penny.MjData(m)
+    penny.mj_step(m, d, 10)
+    penny.mj_setKeyframe(m, d, 0)
+    other = penny.MjData(m)
+    penny.mj_resetDataKeyframe(m, other, 0)
+    assert np.array_equal(other.qpos, d.qpos) and other.time == d.time
 
 
 def test_threads():
