@@ -327,6 +327,29 @@ fn an_interruption_leaves_the_old_file_or_a_whole_new_one() {
     Command::new("kill").arg(child.id().to_string()).status().expect("kill");
     child.wait().expect("it ends");
     assert_eq!(std::fs::read_to_string(folder.join("film.gif")).expect("the old one"), "old");
+    // The rows that a sweep had are whole, and it goes on from them.
+    for signal in ["-INT", "-TERM"] {
+        let out = folder.join(format!("sweep{signal}"));
+        let to = out.display().to_string();
+        let sweep = |steps: &str, more: &[&str]| {
+            let args = ["sweep", "scene.xml", "--laws", "penalty", "--time", "0.3", "--timesteps", steps, "--out", &to];
+            started(&folder, &[&args[..], more].concat())
+        };
+        let mut child = sweep("1e-3,1e-7", &[]);
+        let csv = out.join("sweep.csv");
+        let lines = || std::fs::read_to_string(&csv).map_or(0, |text| text.lines().count());
+        patiently("rows come", || lines() >= 2);
+        Command::new("kill").arg(signal).arg(child.id().to_string()).status().expect("kill");
+        assert!(!child.wait().expect("it ends").success(), "{signal}");
+        let text = std::fs::read_to_string(&csv).expect("the table");
+        let columns = |line: &str| line.split(',').count();
+        assert!(
+            text.ends_with('\n')
+                && text.lines().all(|l| columns(l) == columns(&text[..text.find('\n').expect("a line")]))
+        );
+        let json = std::fs::read_to_string(out.join("sweep.json")).expect("what was swept");
+        serde_json::from_str::<serde_json::Value>(&json).expect("valid JSON");
+    }
 }
 
 #[test]
@@ -355,10 +378,12 @@ fn on_a_full_disk_the_rows_that_had_room_are_whole() {
     let penny = env!("CARGO_BIN_EXE_penny");
     // A disk of 64 kB, seen by these commands alone.
     let script = format!(
-        "mount -t tmpfs -o size=64k none disk || exit 99; echo old > disk/x.csv; \
+        "mount -t tmpfs -o size=64k none disk || exit 99; echo old > disk/x.csv; echo old > disk/film.gif; \
          {penny} scene.xml --time 100 --csv disk/x.csv --json disk/x.json --plot disk/x.svg; echo code $?; \
          mkdir out; cp disk/* out; head -c 70000 /dev/zero > disk/fill 2>/dev/null; \
-         echo old > out/y.csv; cp out/y.csv disk/x.csv; {penny} scene.xml --csv disk/x.csv; echo code $?; cp disk/x.csv out/y.csv"
+         echo old > out/y.csv; cp out/y.csv disk/x.csv; {penny} scene.xml --csv disk/x.csv; echo code $?; cp disk/x.csv out/y.csv; \
+         {penny} render scene.xml -o disk/film.gif --time 0.2; echo code $?; cp disk/film.gif out; \
+         {penny} sweep scene.xml --out disk/sweep --time 0.1; echo code $?; ls disk/sweep disk/*.unfinished*"
     );
     let mut command = Command::new("unshare");
     let output = command.args(["-rm", "sh", "-c", &script]).current_dir(&folder).output();
@@ -368,10 +393,12 @@ fn on_a_full_disk_the_rows_that_had_room_are_whole() {
         return;
     };
     let text = said(&output);
-    assert!(text.matches("code 1").count() == 2 && text.contains("No space left"), "{text}");
+    assert!(text.matches("code 1").count() == 4 && text.contains("No space left"), "{text}");
+    assert!(!text.contains("film.unfinished"), "{text}");
     let out = |name: &str| folder.join("out").join(name);
     let rows = whole_rows(&out("x.csv"), &out("x.json"));
     assert!(rows.iter().all(|&n| n > 20), "{rows:?}");
+    assert_eq!(std::fs::read_to_string(out("film.gif")).expect("the old one"), "old\n");
     assert!(!out("x.svg").exists() && !out("x.unfinished.csv").exists(), "nothing half there");
 }
 

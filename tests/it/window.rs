@@ -193,6 +193,31 @@ fn real_keys_move_the_ball_and_the_record_tells_how() {
 
 #[test]
 #[ignore = "needs Xvfb, xdotool, ffmpeg and software GL: tests/window.sh"]
+fn a_record_survives_the_end_of_the_program() {
+    let folder = std::env::temp_dir().join(format!("penny-record-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("writable");
+    let (scene, run) = (folder.join("scene.xml"), folder.join("run.json"));
+    std::fs::copy(Path::new(crate::ROOT).join("tests/window.xml"), &scene).expect("there");
+    let (_server, display) = display();
+    for signal in ["-TERM", "-KILL"] {
+        let _ = std::fs::remove_file(&run);
+        let mut penny = play(&display, &folder, &[scene.as_os_str(), "--record".as_ref(), run.as_os_str()]);
+        wait(2500);
+        tool(&display, "xdotool", &["key", "space"]);
+        wait(2000);
+        Command::new("kill").arg(signal).arg(penny.0.id().to_string()).status().expect("kill");
+        penny.0.wait().expect("it ends");
+        let log = Log::parse(&std::fs::read_to_string(&run).expect("recorded")).expect("own format");
+        // The kick was two seconds before the end, and is in what was kept a second before it.
+        assert!(!log.inputs.is_empty(), "{signal}: {} steps", log.steps);
+        let (places, _) = replayed(&log, &scene);
+        assert_eq!(places.len() as u64, log.steps + 1, "{signal}");
+    }
+    std::fs::remove_dir_all(&folder).expect("removable");
+}
+
+#[test]
+#[ignore = "needs Xvfb, xdotool, ffmpeg and software GL: tests/window.sh"]
 fn a_saved_scene_is_loaded_again_and_a_key_films_it() {
     let green = |p: &[u8]| p[1] > p[0].saturating_add(50) && p[1] > p[2].saturating_add(40);
     let blue = |p: &[u8]| p[2] > p[0].saturating_add(60) && p[2] > p[1].saturating_add(60);

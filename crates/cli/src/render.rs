@@ -98,7 +98,10 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     }
     // Written beside, as ffmpeg does too, until it is whole.
     let draft = Draft::new(&args.output).map_err(|e| files::cannot_write(&args.output, &e))?;
-    let mut video = Video::create(draft.path(), Shape { width, height, fps, frames }).map_err(problem)?;
+    // The user knows the file by its own name.
+    let unfinished = draft.path().display().to_string();
+    let cannot = |why: String| problem(why.replace(&unfinished, &args.output.display().to_string()));
+    let mut video = Video::create(draft.path(), Shape { width, height, fps, frames }).map_err(cannot)?;
     let bar = ProgressBar::new(frames as u64);
     // The template is constant and right.
     if let Ok(style) = ProgressStyle::with_template("  {bar:40} {pos}/{len} frames, {eta} left") {
@@ -108,7 +111,7 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     let first = if format == Format::Png { frames - 1 } else { 0 };
     let mut write = |image: &Image| {
         bar.inc(1);
-        video.push(image).map_err(problem)
+        video.push(image).map_err(cannot)
     };
     session = if args.panel {
         with_panel(session, player, (film, from), first..frames, [width, height], &mut write)?
@@ -124,7 +127,7 @@ pub fn render(args: &Args) -> Result<(), Failure> {
         }
         session
     };
-    video.finish().map_err(problem)?;
+    video.finish().map_err(cannot)?;
     draft.keep().map_err(|e| files::cannot_write(&args.output, &e))?;
     bar.finish_and_clear();
     println!("{}: {}", args.output.display(), counted(frames - first, fps));
