@@ -9,6 +9,7 @@ pub mod batch;
 pub mod collision;
 pub mod compile;
 pub mod contact;
+pub mod control;
 pub mod data;
 pub mod diverged;
 pub mod draft;

@@ -5,6 +5,8 @@
 //! Six-vectors (twists, wrenches, free-joint velocities) hold the **linear part first**, then the angular
 //! part: the order of a free joint in `qvel` and of MuJoCo's `xfrc_applied`.
 
+use std::f64::consts::PI;
+
 /// Three numbers: x, y, z.
 pub type Vec3 = nalgebra::Vector3<f64>;
 /// 3 × 3.
@@ -64,6 +66,21 @@ pub fn exp(theta: &Vec3) -> Quat {
     };
     let v = theta * (0.5 * sinc);
     Quat::new_unchecked(nalgebra::Quaternion::new(cos, v.x, v.y, v.z))
+}
+
+/// The rotation vector from `a` to `b`, shorter than half a turn: log(a⁻¹ b).
+pub fn between(a: &Quat, b: &Quat) -> Vec3 {
+    let d = a.inverse() * b;
+    let v = Vec3::new(d.i, d.j, d.k);
+    let sine = v.norm();
+    if sine < MIN_VAL {
+        return Vec3::zeros();
+    }
+    let mut angle = 2.0 * sine.atan2(d.w);
+    if angle > PI {
+        angle -= 2.0 * PI;
+    }
+    v * (angle / sine)
 }
 
 /// [`exp`] of an angle (rad) about a unit axis.

@@ -57,6 +57,9 @@ pub struct Integrator {
     /// What a step h (s) makes of a damped spring: (x, v) ← A(h) (x, v), row by row. `None`: the method gives no formula,
     /// and theory says nothing about its timestep.
     pub amplification: Option<fn(&DampedSpring, h: f64) -> Matrix2>,
+    /// An estimate of what the last step erred, as far as positions and velocities go (2 nv: of q along the dofs, m or rad,
+    /// then of v). `None`: the method has none, and its steps cannot be [`controlled`](crate::control).
+    pub estimate: Option<fn(&mut Data) -> &[f64]>,
 }
 
 /// Dampers that an integrator takes implicitly.

@@ -13,6 +13,7 @@ pub static LAW: Law = Law {
     about: "Hertz's spring with a damper that grows with depth: k d^1.5 (1 + c v)",
     joints: false,
     start: Start::Nothing,
+    by_timestep: false,
     lever: Lever::Surface,
     solve,
     pose: None,

@@ -15,6 +15,7 @@ pub static METHOD: Integrator = Integrator {
     implicit_dampers: penny::integrate::Dampers::None,
     advance,
     amplification: Some(amplification),
+    estimate: None,
 };
 
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {

@@ -78,6 +78,8 @@ pub struct Law {
     pub joints: bool,
     /// What of the last step it starts from.
     pub start: Start,
+    /// Whether its forces depend on the timestep: then an error estimate from one step does not see all.
+    pub by_timestep: bool,
     /// Where its forces act.
     pub lever: Lever,
     /// Finds the forces of an island's constraints and the accelerations that they cause.

@@ -44,6 +44,7 @@ pub static LAW: Law = Law {
     about: "the course's penalty law: k d + c max(0, -v), tanh friction",
     joints: false,
     start: Start::Nothing,
+    by_timestep: false,
     lever: Lever::Surface,
     solve,
     pose: None,

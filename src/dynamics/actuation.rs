@@ -5,11 +5,10 @@
 use std::f64::consts::TAU;
 
 use super::links::NONE;
-use super::passive::between;
 use super::spatial::{ang, join, lin};
 use super::tendon;
 use crate::data::Data;
-use crate::math::{MIN_VAL, Quat, Vec3, Vec6, mat, quat, vec3};
+use crate::math::{MIN_VAL, Quat, Vec3, Vec6, between, mat, quat, vec3};
 use crate::model::{Activation, Actuator, JointKind, Model, Transmission};
 use crate::state::State;
 

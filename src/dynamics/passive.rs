@@ -4,7 +4,7 @@ use super::fluid;
 use super::spatial::lin;
 use super::tendon;
 use crate::data::Data;
-use crate::math::{Quat, Vec3, quat, vec3};
+use crate::math::{between, quat, vec3};
 use crate::model::{Joint, JointKind, Model};
 
 /// Spring and damper forces.
@@ -85,19 +85,4 @@ pub fn stretch(model: &Model, joint: &Joint, qpos: &[f64]) -> ([f64; 6], usize) 
             ([p.x, p.y, p.z, r.x, r.y, r.z], 6)
         }
     }
-}
-
-/// The rotation vector from `a` to `b`, shorter than half a turn: log(a⁻¹ b).
-pub fn between(a: &Quat, b: &Quat) -> Vec3 {
-    let d = a.inverse() * b;
-    let v = Vec3::new(d.i, d.j, d.k);
-    let sine = v.norm();
-    if sine < crate::math::MIN_VAL {
-        return Vec3::zeros();
-    }
-    let mut angle = 2.0 * sine.atan2(d.w);
-    if angle > std::f64::consts::PI {
-        angle -= 2.0 * std::f64::consts::PI;
-    }
-    v * (angle / sine)
 }

@@ -18,6 +18,7 @@ pub const METHOD: Integrator = Integrator {
     advance,
     // [1, h; −hω², 1 − 2ζωh]
     amplification: Some(|s, h| [[1.0, h], [-h * s.stiffness(), 1.0 - h * s.damping()]]),
+    estimate: None,
 };
 
 /// Explicit Euler.

@@ -1,6 +1,6 @@
 //! Implicit Euler: v and q at the end of the step, with all forces taken there, contacts included.
 
-use super::{Integrator, displace};
+use super::{DampedSpring, Integrator, Matrix2, displace};
 use crate::collision;
 use crate::contact::tangent::{self, Tangent};
 use crate::data::Data;
@@ -20,13 +20,16 @@ pub const METHOD: Integrator = Integrator {
     implicit: true,
     implicit_dampers: super::Dampers::JointsAndActuators,
     advance,
-    // (1 − h L)⁻¹,   L = [0, 1; −ω², −2ζω]
-    amplification: Some(|s, h| {
-        let (k, c) = (h * h * s.stiffness(), h * s.damping());
-        let det = 1.0 + c + k;
-        [[(1.0 + c) / det, h / det], [-h * s.stiffness() / det, 1.0 / det]]
-    }),
+    amplification: Some(amplification),
+    estimate: None,
 };
+
+/// (1 − h L)⁻¹,   L = [0, 1; −ω², −2ζω]
+pub(super) fn amplification(s: &DampedSpring, h: f64) -> Matrix2 {
+    let (k, c) = (h * h * s.stiffness(), h * s.damping());
+    let det = 1.0 + c + k;
+    [[(1.0 + c) / det, h / det], [-h * s.stiffness() / det, 1.0 / det]]
+}
 
 /// Scratch of Newton's method.
 #[derive(Clone, Debug, Default)]
@@ -95,7 +98,7 @@ const LEAST_SHIFT: f64 = 1e-8;
 ///
 /// Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, §IV.8; incremental potential:
 /// M. Ortiz, L. Stainier, The variational formulation of viscoplastic constitutive updates (1999).
-fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
+pub(super) fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
     let mut newton = std::mem::take(data.scratch.get::<Newton>());
     let mut trial = newton.trial.take().unwrap_or_else(|| state.clone());

@@ -20,6 +20,7 @@ pub const METHOD: Integrator = Integrator {
     implicit_dampers: super::Dampers::JointsAndActuators,
     advance,
     amplification: Some(semi_implicit_euler::amplification),
+    estimate: None,
 };
 
 /// Whether this integrator does for a model what MuJoCo does under the MJCF keyword.

@@ -1,11 +1,10 @@
 //! The classical Runge–Kutta method of fourth order, MuJoCo's `RK4`.
 
-use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace};
+use super::{DampedSpring, Integrator, Matrix2, add_scaled, displace, rotation_rates};
 use crate::data::Data;
 use crate::dynamics::actuation;
 use crate::forward::{Method, begin, forward};
-use crate::math::{Vec3, vec3};
-use crate::model::{JointKind, Model};
+use crate::model::Model;
 use crate::state::{Start, State};
 
 /// The record.
@@ -18,6 +17,7 @@ pub const METHOD: Integrator = Integrator {
     implicit_dampers: super::Dampers::None,
     advance,
     amplification: Some(amplification),
+    estimate: None,
 };
 
 /// 1 + hL + (hL)²/2 + (hL)³/6 + (hL)⁴/24,   L = [0, 1; −ω², −2ζω]
@@ -74,7 +74,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
         displace(model, &mut state.qpos, &s.rate, step);
         state.qvel.copy_from_slice(&s.qvel);
         add_scaled(&mut state.qvel, step, qacc);
-        correct(model, &state.qvel, step, &mut s.rate);
+        rotation_rates(model, &state.qvel, step, &mut s.rate);
         forward(model, method, state, data);
         let Data { stages: s, qacc, act_dot, .. } = data;
         add_scaled(&mut s.act_dot, *b, act_dot);
@@ -93,36 +93,4 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
         state.qacc_warmstart.copy_from_slice(&data.qacc);
     }
     state.time = time + h;
-}
-
-/// The rates k of a stage from its velocities; `rate` holds those of the stage before, which led here in `step`.
-fn correct(model: &Model, qvel: &[f64], step: f64, rate: &mut [f64]) {
-    for joint in &model.joints {
-        let (first, n) = (joint.dofadr, joint.kind.nv());
-        // The numbers that are not an angular velocity come first.
-        let linear = if matches!(joint.kind, JointKind::Free | JointKind::Ball) { n - 3 } else { n };
-        rate[first..first + linear].copy_from_slice(&qvel[first..first + linear]);
-        if linear < n {
-            let spin = first + linear..first + n;
-            let k = dexp_inv(&(step * vec3(&rate[spin.clone()])), &vec3(&qvel[spin.clone()]));
-            rate[spin].copy_from_slice(k.as_slice());
-        }
-    }
-}
-
-/// The rate of a rotation vector θ at which exp θ turns with the angular velocity ω (body axes).
-///
-///     dexp⁻¹(θ, ω) = ω + ½ θ × ω + (1/θ²) (1 − (θ/2) cot(θ/2)) θ × (θ × ω)
-///
-/// The last coefficient is 1/12 + θ²/720 + θ⁴/30240 + … .
-fn dexp_inv(theta: &Vec3, omega: &Vec3) -> Vec3 {
-    let square = theta.norm_squared();
-    let coefficient = if square < 1e-3 {
-        1.0 / 12.0 + square / 720.0 * (1.0 + square / 42.0 * (1.0 + square / 40.0))
-    } else {
-        let half = 0.5 * square.sqrt();
-        (1.0 - half / half.tan()) / square
-    };
-    let cross = theta.cross(omega);
-    omega + 0.5 * cross + coefficient * theta.cross(&cross)
 }

@@ -17,6 +17,7 @@ pub const METHOD: Integrator = Integrator {
     implicit_dampers: super::Dampers::Joints,
     advance,
     amplification: Some(amplification),
+    estimate: None,
 };
 
 /// Joint dampers implicit, those of contacts explicit.

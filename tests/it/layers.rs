@@ -33,6 +33,7 @@ const LAYERS: &[&str] = &[
     "integrate",
     "compile",
     "lib",
+    "control",
     "simulation",
     "batch",
 ];

@@ -17,6 +17,7 @@ pub fn said(output: &std::process::Output) -> String {
     errors + &report
 }
 
+mod accuracy;
 mod answers;
 mod bad_input;
 mod cli;

@@ -17,6 +17,7 @@ const NO_LAW: Law = Law {
     about: "",
     joints: true,
     start: Start::Nothing,
+    by_timestep: false,
     lever: Lever::Midpoint,
     solve: |_, _, _| panic!("a contact law ran without contacts"),
     pose: None,

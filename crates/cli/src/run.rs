@@ -6,10 +6,12 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+mod accuracy;
 mod summary;
 mod table;
 pub mod warnings;
 
+use self::accuracy::{Chosen, Stepper};
 use self::table::Table;
 use self::warnings::{EnergyGain, Overlap};
 use super::doubts;
@@ -21,7 +23,7 @@ use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, OverrideArgs, StartA
 use super::{Failure, Report};
 use penny::data::Data;
 use penny::draft::Draft;
-use penny::forward::{Method, StepError, step};
+use penny::forward::{Method, StepError};
 use penny::model::Model;
 use penny::state::State;
 use penny_lab::explain::{self, Budget, Touch, probe};
@@ -42,6 +44,11 @@ pub struct Args {
     every: usize,
     #[command(flatten)]
     method: MethodArgs,
+    /// Take the cheapest method of the contact law that keeps every body this near to the law's exact motion over the whole run
+    /// (m, and rad times the body's reach), and say what it costs
+    #[arg(long, value_name = "M", value_parser = scene::length, allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["integrator", "rounds", "steps", "save_state"])]
+    accuracy: Option<f64>,
     #[command(flatten)]
     start: StartArgs,
     #[command(flatten)]
@@ -100,6 +107,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let method = args.method.method(&model)?;
     let mut state = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep)?;
+    let chosen = match args.accuracy {
+        None => Chosen::asked(method, steps),
+        Some(wanted) => accuracy::choose(&model, &method, &state, steps as f64 * method.timestep, wanted)?,
+    };
+    let Chosen { method, steps, controlled, rows: chosen } = chosen;
     let shown = record::chosen(&model, &args.show).map_err(|e| Failure::Usage(format!("error: --show: {e}")))?;
     for (_, path) in written {
         path.map_or(Ok(()), files::writable)?;
@@ -111,7 +123,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let overlap = Overlap::find(&model, recorder.contacts());
     let touches = explain::touches(&model, &method);
     let budget = Budget::seconds(TRYING);
-    let (text, limit) = account(&args.scene, &model, &method, &state, steps, &touches, &budget);
+    let (mut text, limit) = account(&args.scene, &model, &method, &state, steps, &touches, &budget);
+    for [name, value] in chosen {
+        text += &row(&name, &value);
+    }
     report.print(&text);
     for doubt in before(&model, &method, &state, &limit, &budget, overlap.as_ref()) {
         eprintln!("{doubt}");
@@ -119,6 +134,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let mut table = Table::new(&model, &shown);
     let mut data = Data::new(&model);
+    let mut stepper = Stepper::new(&model, &method, &state, steps, controlled)?;
     let [stride, look] = [LINES, LOOKS].map(|n| steps.div_ceil(n).max(1));
     let progress = Progress::new(steps);
     let mut elapsed = Duration::ZERO;
@@ -166,9 +182,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let batch = if i == 0 { 1 } else { batch.clamp(1, BATCH) };
         let until = [row, stride, look, batch].map(|n| (i / n + 1) * n).into_iter().min().unwrap_or(steps).min(steps);
         let before = Instant::now();
-        let outcome = (i..until).try_for_each(|_| {
+        let outcome = (i..until).try_for_each(|i| {
             balance.before(&state);
-            let outcome = step(&model, &method, &mut state, &mut data);
+            let outcome = stepper.step(&model, &method, i + 1, &mut state, &mut data);
             balance.after(&model, &state, &data, method.timestep);
             outcome
         });
@@ -208,7 +224,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if steps > 0 {
         recorder.forces(&model, &method, &state);
         report.print(&summary::contacts(&model, recorder.data()));
-        report.print(&summary::energy(&model, &first, &last, energy.kinetic(), &balance));
+        // Controlled steps end between the rows: what they did is not in the balance.
+        let balance = controlled.is_none().then_some(&balance);
+        report.print(&summary::energy(&model, &first, &last, energy.kinetic(), balance));
         report.print(&format!("  {}\n", pace(steps, method.timestep, elapsed)));
         eprint!("{}", super::explain::unsolved(&data, steps));
     }
@@ -329,9 +347,14 @@ fn account(
     }
     let mut text = format!("{}\n", path.display());
     for [name, value] in rows {
-        text += &format!("  {name:<12} {value}\n");
+        text += &row(&name, &value);
     }
     (text, limit)
+}
+
+/// A line of the account.
+fn row(name: &str, value: &str) -> String {
+    format!("  {name:<12} {value}\n")
 }
 
 /// The largest timestep that bears both a spring alone and the start of the run, tried out, and whose it is; `None` if

@@ -453,6 +453,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// For `--accuracy`.
+pub fn length(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
+        _ => Err("must be a length in m above 0".to_owned()),
+    }
+}
+
 /// A file that a chart can be written to.
 pub fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);

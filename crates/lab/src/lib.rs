@@ -5,6 +5,7 @@
 //!     State ─ record → CSV, JSON, charts, saved states
 //!     Figure ─ plot → SVG, PNG
 
+pub mod accuracy;
 pub mod explain;
 pub mod names;
 pub mod plot;

@@ -33,6 +33,7 @@ pub static LAW: Law = Law {
     about: "MuJoCo's soft constraints: the same forces as MuJoCo to rounding, by Newton's method on a convex problem",
     joints: true,
     start: Start::Acceleration,
+    by_timestep: false,
     lever: Lever::Midpoint,
     solve,
     pose: Some(pose),

@@ -76,6 +76,7 @@ pub static LAW: Law = Law {
     about: "spring-dampers from solref and solimp, Coulomb friction against the slip; all forces solved together",
     joints: true,
     start: Start::Forces,
+    by_timestep: true,
     lever: Lever::Surface,
     solve,
     pose: Some(pose),

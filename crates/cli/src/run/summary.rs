@@ -69,11 +69,13 @@ fn four(x: f64) -> String {
 
 /// Where the energy went between two states, and what of it is the integrator's error.
 ///
-/// `kinetic`: the largest kinetic energy of the run, J.
-pub fn energy(model: &Model, first: &Sample, last: &Sample, kinetic: f64, balance: &Balance) -> String {
+/// `kinetic`: the largest kinetic energy of the run, J; without a balance only the two energies are told.
+pub fn energy(model: &Model, first: &Sample, last: &Sample, kinetic: f64, balance: Option<&Balance>) -> String {
     if model.trees.is_empty() {
         return String::new();
     }
+    let ends = format!("  energy {} to {}", si(first.energy, "J"), si(last.energy, "J"));
+    let Some(balance) = balance else { return format!("{ends}\n") };
     let scale = kinetic.max((last.energy - first.energy).abs()).max(balance.actuators.abs());
     // Rounding of the run's sums.
     let counts = |x: f64| x.abs() > 1e-9 * scale;
@@ -104,5 +106,5 @@ pub fn energy(model: &Model, first: &Sample, last: &Sample, kinetic: f64, balanc
         String::new()
     };
     parts.push(format!("drift {}{share}", if counts(drift) { signed(drift) } else { "0 J".to_owned() }));
-    format!("  energy {} to {}: {}\n", si(first.energy, "J"), si(last.energy, "J"), parts.join(", "))
+    format!("{ends}: {}\n", parts.join(", "))
 }

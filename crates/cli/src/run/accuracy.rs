@@ -1,0 +1,177 @@
+//! `--accuracy`: the cheapest method that has it, what it costs, and for how long results can be trusted.
+
+use crate::Failure;
+use crate::format::{count, short, si};
+use penny::control::Controlled;
+use penny::data::Data;
+use penny::forward::{Method, StepError, step};
+use penny::model::Model;
+use penny::state::State;
+use penny_lab::accuracy::horizon::{self, Growth};
+use penny_lab::accuracy::{self, Choice, Refusal, Stepping};
+use penny_lab::explain::Budget;
+use penny_lab::sweep::Case;
+
+/// Real time that the search may take, s.
+const SEARCH: f64 = 60.0;
+/// Steps of a controlled run: more than this many times those of its trial are none of it.
+const MORE: usize = 10;
+
+/// What was chosen.
+pub struct Chosen {
+    /// The method; of controlled steps its timestep is that of the rows.
+    pub method: Method,
+    /// Steps, or rows.
+    pub steps: usize,
+    /// Tolerance of controlled steps (m), and how many there may be.
+    pub controlled: Option<(f64, usize)>,
+    /// Rows of the account.
+    pub rows: Vec<[String; 2]>,
+}
+
+impl Chosen {
+    /// What the command line asked for, without a search.
+    pub fn asked(method: Method, steps: usize) -> Chosen {
+        Chosen { method, steps, controlled: None, rows: Vec::new() }
+    }
+}
+
+/// Finds the method for an accuracy (m) over a time (s); `method` has the law, and the timestep of the rows.
+///
+/// Errors: no method of the law has it; the message says until when one has.
+pub fn choose(model: &Model, method: &Method, start: &State, seconds: f64, wanted: f64) -> Result<Chosen, Failure> {
+    let case = Case { model: model.clone(), start: start.clone(), seconds };
+    let found = accuracy::choose(&case, method.contact, wanted, &Budget::seconds(SEARCH));
+    let growth = |method: &Method, stepping| horizon::growth(&case, method, stepping).ok();
+    let choice = match found {
+        Ok(choice) => choice,
+        Err(refusal) => {
+            let growth = growth(method, Stepping::Fixed(method.timestep));
+            return Err(refused(&refusal, method, wanted, growth.as_ref()));
+        }
+    };
+    let mut rows = account(&choice, wanted);
+    if let Some(growth) = growth(&choice.method, choice.stepping) {
+        rows.push(["trust".to_owned(), trusted(&growth, wanted, seconds)]);
+    }
+    let steps = (seconds / method.timestep).round().max(1.0) as usize;
+    Ok(match choice.stepping {
+        Stepping::Fixed(_) => Chosen { method: choice.method, steps: choice.steps, controlled: None, rows },
+        Stepping::Controlled(tolerance) => {
+            let method = Method { integrator: choice.method.integrator, timestep: seconds / steps as f64, ..*method };
+            Chosen { method, steps, controlled: Some((tolerance, MORE * choice.steps)), rows }
+        }
+    })
+}
+
+fn account(choice: &Choice, wanted: f64) -> Vec<[String; 2]> {
+    let steps = match (choice.stepping, choice.effort) {
+        (Stepping::Controlled(tolerance), Some(effort)) => format!(
+            "{}, {} of controlled size, each within {}; {} taken back{}",
+            choice.method.integrator.name,
+            count(effort.steps, "step", "steps"),
+            si(tolerance, "m"),
+            effort.rejected,
+            if effort.forced > 0 { format!("; {} at the shortest step", effort.forced) } else { String::new() }
+        ),
+        _ => format!(
+            "{}, {} of {}",
+            choice.method.integrator.name,
+            count(choice.steps, "step", "steps"),
+            si(choice.method.timestep, "s")
+        ),
+    };
+    let evaluations = |n: f64| format!("{} evaluations", short(n));
+    let cost = choice.evaluations as f64;
+    vec![
+        ["accuracy".into(), format!("{} wanted, about {} expected: {steps}", si(wanted, "m"), si(choice.error, "m"))],
+        [
+            "cost".into(),
+            format!(
+                "{}, and {} to find the method; ten times better takes {} times that, ten times worse {}",
+                evaluations(cost),
+                short(choice.trial as f64),
+                short(choice.tenfold),
+                short(1.0 / choice.tenfold)
+            ),
+        ],
+    ]
+}
+
+/// "errors double in 80 ms where they grow fastest", of a run that has the accuracy.
+fn trusted(growth: &Growth, wanted: f64, seconds: f64) -> String {
+    match growth.doubling().filter(|d| *d < seconds) {
+        None => "errors do not grow".to_owned(),
+        // Two runs with other steps agree all the same: what the twins saw is a jump of a force, and no error grows so.
+        Some(_) if growth.horizon(wanted).is_some() => format!("runs of other steps agree to {}", si(wanted, "m")),
+        Some(doubling) => format!("errors double in {} where they grow fastest", si(doubling, "s")),
+    }
+}
+
+fn refused(refusal: &Refusal, method: &Method, wanted: f64, growth: Option<&Growth>) -> Failure {
+    let mut text = format!(
+        "error: no method of the {} law has an accuracy of {} over this time: {refusal}",
+        method.contact.name,
+        si(wanted, "m")
+    );
+    if refusal.until > 0.0 {
+        text +=
+            &format!("\n  help: two runs agree to it for {}: --time {}", si(refusal.until, "s"), short(refusal.until));
+    }
+    if let Some(doubling) = growth.and_then(Growth::doubling) {
+        text += &format!("\n  errors double in {} where they grow fastest", si(doubling, "s"));
+    }
+    if let Some(horizon) = growth.and_then(|g| g.horizon(wanted)) {
+        text += &format!(
+            "; rounding alone passes {} after {}, and no method gives more",
+            si(wanted, "m"),
+            si(horizon, "s")
+        );
+    }
+    Failure::Problem(text)
+}
+
+/// How the run goes from row to row.
+pub enum Stepper<'m> {
+    Fixed,
+    Controlled { run: Box<Controlled<'m>>, start: f64, most: usize },
+}
+
+impl<'m> Stepper<'m> {
+    /// Errors: the start is none of the model.
+    pub fn new(
+        model: &'m Model,
+        method: &Method,
+        start: &State,
+        steps: usize,
+        controlled: Option<(f64, usize)>,
+    ) -> Result<Stepper<'m>, Failure> {
+        let Some((tolerance, most)) = controlled else { return Ok(Stepper::Fixed) };
+        let end = start.time + steps as f64 * method.timestep;
+        let run = Controlled::new(model, method, start, tolerance, end);
+        let run = run.map_err(|e| Failure::Problem(format!("error: {e}")))?;
+        Ok(Stepper::Controlled { run: Box::new(run), start: start.time, most })
+    }
+
+    /// To row `row`, one further than the last for fixed steps.
+    pub fn step(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        row: usize,
+        state: &mut State,
+        data: &mut Data,
+    ) -> Result<(), StepError> {
+        match self {
+            Stepper::Fixed => step(model, method, state, data),
+            Stepper::Controlled { run, start, most } => {
+                *state = run.at(*start + row as f64 * method.timestep, *most).map_err(|failed| match failed {
+                    penny::control::Failed::Step(error) => error,
+                    // The trial took a tenth of these steps.
+                    _ => StepError::Timestep(0.0),
+                })?;
+                Ok(())
+            }
+        }
+    }
+}
