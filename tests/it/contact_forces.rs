@@ -291,8 +291,9 @@ fn shortcuts_find_what_the_general_way_finds() {
 }
 
 fn compare_shortcut(law: &Law) {
-    let Law { name, about, joints, start, lever, solve, pose, friction, describe, unlike, .. } = *law;
-    let general = Law { name, about, joints, start, lever, solve, pose, shortcut: None, friction, describe, unlike };
+    let Law { name, about, joints, start, by_timestep, lever, solve, pose, friction, describe, unlike, .. } = *law;
+    let general =
+        Law { name, about, joints, start, by_timestep, lever, solve, pose, shortcut: None, friction, describe, unlike };
     let general: &'static Law = Box::leak(Box::new(general));
     let (mut taken, mut asked, mut parted) = (0, 0, 0);
     for (shape, condim, start) in [

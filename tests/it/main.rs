@@ -42,6 +42,7 @@ mod picture;
 mod random_scene;
 mod reader;
 mod robustness;
+mod rollout;
 mod sim;
 mod simulation;
 mod smooth;

@@ -266,9 +266,10 @@ fn solref_means_what_we_say() {
 /// all shapes on one another and on static ones, asked at every state.
 #[test]
 fn the_equations_have_one_solution_whichever_method_finds_it() {
-    let Law { name, about, joints, start, lever, pose, friction, describe, unlike, .. } = penalty::LAW;
+    let Law { name, about, joints, start, by_timestep, lever, pose, friction, describe, unlike, .. } = penalty::LAW;
     let solve = penalty::solve_convex;
-    let convex = Law { name, about, joints, start, lever, solve, pose, shortcut: None, friction, describe, unlike };
+    let convex =
+        Law { name, about, joints, start, by_timestep, lever, solve, pose, shortcut: None, friction, describe, unlike };
     let convex: &'static Law = Box::leak(Box::new(convex));
     let (mut asked, mut compared) = (0, 0);
     for (seed, cone) in (0..60).map(|seed| (seed, if seed % 2 == 0 { "elliptic" } else { "pyramidal" })) {

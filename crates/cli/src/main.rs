@@ -43,6 +43,7 @@ mod map;
 mod mujoco;
 mod play;
 mod render;
+mod rollout;
 mod run;
 mod scene;
 mod sweep;
@@ -90,6 +91,8 @@ enum Command {
     Render(render::Args),
     /// Error against cost of every method, and stability maps
     Sweep(sweep::Args),
+    /// Many worlds of a scene, each with a start and parameters of its own, on all cores
+    Rollout(rollout::Args),
 }
 
 /// Where a command's report goes.
@@ -173,6 +176,7 @@ fn main() -> ExitCode {
         Command::Play(args) => play::play(args),
         Command::Render(args) => render::render(args),
         Command::Sweep(args) => sweep::sweep(args),
+        Command::Rollout(args) => rollout::rollout(args),
     };
     let (text, code) = match outcome {
         Ok(()) | Err(Failure::Closed) => return ExitCode::SUCCESS,

@@ -34,6 +34,6 @@ impl Csv {
 }
 
 /// A name as CSV has it (RFC 4180): in quotes if it holds a comma, a quote or the end of a line.
-fn quoted(name: &str) -> String {
+pub fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }

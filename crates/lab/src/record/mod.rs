@@ -11,7 +11,7 @@ mod quantity;
 mod saved;
 
 pub use balance::Balance;
-pub use csv::Csv;
+pub use csv::{Csv, quoted};
 pub use json::Json;
 pub use lines::Lines;
 #[cfg(feature = "parquet")]
@@ -180,7 +180,7 @@ fn digits(x: f64) -> String {
 }
 
 /// One row, as text, in the order of [`columns`].
-fn row(state: &State, sample: &Sample, values: &[f64]) -> impl Iterator<Item = String> {
+pub fn row(state: &State, sample: &Sample, values: &[f64]) -> impl Iterator<Item = String> {
     let numbers = [state.time].into_iter().chain(state.qpos.clone()).chain(state.qvel.clone());
     let more = [sample.energy, sample.penetration];
     let own = numbers.chain(more).map(digits).chain([sample.contacts.to_string()]);

@@ -1,0 +1,307 @@
+//! `penny rollout`: many worlds of one scene, each with a start and parameters of its own, on all cores.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+use super::Failure;
+use super::files;
+use super::format::{count, short, si};
+use super::interrupt::Interrupt;
+use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, OverrideArgs, StartArgs};
+use penny::Simulation;
+use penny::model::Model;
+use penny_lab::names;
+use penny_lab::record::{self, Recorder};
+
+mod vary;
+
+use vary::{Slot, Vary, random};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// MJCF file
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
+    /// Worlds to run [default: 100]
+    #[arg(long, value_name = "N", value_parser = scene::at_least_one, conflicts_with = "table")]
+    worlds: Option<usize>,
+    /// Give each world a number of its own, evenly distributed: `qvel[0]=1..3`, `qpos[hinge]=0..1.57`, `ctrl[motor]=-1..1`,
+    /// `friction[ground]=0.2..0.9` (or `friction` of all geoms), `solref[ball]=0.005..0.02` (its time constant),
+    /// `mass[crate]=1..10`, `gravity[z]=-9.81..-1.62`, `timestep=0.001..0.004`. May be given several times
+    #[arg(long, value_name = "NAME=A..B", value_parser = vary::parse, allow_hyphen_values = true)]
+    vary: Vec<Vary>,
+    /// A CSV file with a world in each row, and a column for each number, named as in --vary
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "vary")]
+    table: Option<PathBuf>,
+    /// Where the results go, a row a world: CSV
+    #[arg(long, short, value_name = "FILE.csv")]
+    out: PathBuf,
+    /// Go on with a rollout that was interrupted: the worlds in the unfinished file are not run again
+    #[arg(long)]
+    resume: bool,
+    /// Which random numbers: the same seed gives every world the same ones, however many worlds there are
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Threads [default: all cores]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = scene::at_least_one)]
+    threads: Option<usize>,
+    /// Quantities at the end of each run that become columns: names and groups as in `penny run --show`
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    show: Vec<String>,
+    #[command(flatten)]
+    length: LengthArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    start: StartArgs,
+    #[command(flatten)]
+    overrides: OverrideArgs,
+    #[command(flatten)]
+    limits: LimitArgs,
+}
+
+/// Without --worlds.
+const WORLDS: usize = 100;
+/// Worlds that a thread has at a time: between two such pieces rows are written, and signals noticed.
+const PIECE: usize = 16;
+
+pub fn rollout(args: &Args) -> Result<(), Failure> {
+    let written = [("--out", Some(args.out.as_path()))];
+    let mut model = scene::load_apart(&args.scene, &args.limits, &written)?;
+    args.overrides.apply(&mut model)?;
+    let method = args.method.method(&model)?;
+    let start = args.start.state(&model)?;
+    let steps = args.length.steps(method.timestep)?;
+    let seconds = steps as f64 * method.timestep;
+    let shown = record::chosen(&model, &args.show).map_err(|e| Failure::Usage(format!("error: --show: {e}")))?;
+    let plan = Plan::new(args, &model)?;
+    let mut header = vec!["world".to_owned()];
+    header.extend(plan.names.iter().cloned());
+    header.push("failed".to_owned());
+    header.extend(record::columns(&model, &shown));
+    let header = header.iter().map(|name| record::quoted(name)).collect::<Vec<_>>().join(",");
+    let unfinished = unfinished(&args.out);
+    let (mut out, done) = open(&unfinished, &header, args.resume, plan.worlds)?;
+    let interrupt = Interrupt::watch()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
+    let pool = pool.map_err(|e| Failure::Problem(format!("error: no threads: {e}")))?;
+    let mut base = Simulation::new(model.clone(), method);
+    // The start is the model's: it was checked when it was read.
+    base.restore(&start).map_err(|e| Failure::Problem(format!("error: {e}")))?;
+
+    let progress = bar(plan.worlds, done);
+    let before = Instant::now();
+    let (mut failures, mut world) = (0, done);
+    while world < plan.worlds && interrupt.code().is_none() {
+        let piece = world..(world + PIECE * pool.current_num_threads()).min(plan.worlds);
+        let run = |world: usize| plan.run(world, &base, seconds, &shown);
+        let rows: Vec<_> = pool.install(|| piece.clone().into_par_iter().map(run).collect());
+        for row in rows {
+            // The first world's that cannot be, whichever thread was first.
+            let (row, failed) = row.inspect_err(|_| forget(&unfinished, world))?;
+            failures += usize::from(failed);
+            writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished, &e))?;
+        }
+        out.flush().map_err(|e| files::cannot_write(&unfinished, &e))?;
+        world = piece.end;
+        progress.set_position(world as u64);
+    }
+    progress.finish_and_clear();
+    let elapsed = before.elapsed().as_secs_f64();
+    drop(out);
+    if let Some(code) = interrupt.code().filter(|_| world < plan.worlds) {
+        eprintln!(
+            "warning: interrupted after {world} of {}: they are in {}; go on with --resume",
+            count(plan.worlds, "world", "worlds"),
+            unfinished.display()
+        );
+        return Err(Failure::Interrupted(code));
+    }
+    fs::rename(&unfinished, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
+    let ran = plan.worlds - done;
+    println!(
+        "{} of {}, {}: {} in {}, {} a world and step",
+        count(plan.worlds, "world", "worlds"),
+        si(seconds, "s"),
+        args.out.display(),
+        count(ran, "was run", "were run"),
+        si(elapsed, "s"),
+        si(elapsed / (ran * steps).max(1) as f64, "s")
+    );
+    if failures > 0 {
+        eprintln!("warning: {failures} of {ran} diverged: the column `failed` has the time, s");
+    }
+    Ok(())
+}
+
+/// Which numbers each world gets.
+struct Plan {
+    worlds: usize,
+    /// As columns.
+    names: Vec<String>,
+    slots: Vec<Slot>,
+    /// Ranges of random numbers, or the table's rows.
+    values: Values,
+}
+
+enum Values {
+    Random { ranges: Vec<[f64; 2]>, seed: u64 },
+    Table(Vec<Vec<f64>>),
+}
+
+impl Plan {
+    fn new(args: &Args, model: &Model) -> Result<Plan, Failure> {
+        let slot = |name: &str| Slot::find(name, model).map_err(|e| Failure::Usage(format!("error: {e}")));
+        match &args.table {
+            None => {
+                let names: Vec<String> = args.vary.iter().map(|v| v.name.clone()).collect();
+                let slots = names.iter().map(|name| slot(name)).collect::<Result<_, _>>()?;
+                let ranges = args.vary.iter().map(|v| v.range).collect();
+                let worlds = args.worlds.unwrap_or(WORLDS);
+                Ok(Plan { worlds, names, slots, values: Values::Random { ranges, seed: args.seed } })
+            }
+            Some(path) => {
+                let (names, rows) = table(path)?;
+                let slots = names.iter().map(|name| slot(name)).collect::<Result<_, _>>()?;
+                Ok(Plan { worlds: rows.len(), names, slots, values: Values::Table(rows) })
+            }
+        }
+    }
+
+    fn numbers(&self, world: usize) -> Vec<f64> {
+        match &self.values {
+            Values::Table(rows) => rows[world].clone(),
+            Values::Random { ranges, seed } => {
+                let number = |(i, [a, b]): (usize, &[f64; 2])| a + (b - a) * random(*seed, world, i);
+                ranges.iter().enumerate().map(number).collect()
+            }
+        }
+    }
+
+    /// Runs a world for a time (s). Out: its row, and whether it diverged.
+    ///
+    /// Errors: a number that the scene cannot have.
+    fn run(
+        &self,
+        world: usize,
+        base: &Simulation,
+        seconds: f64,
+        shown: &[record::Quantity],
+    ) -> Result<(String, bool), Failure> {
+        let numbers = self.numbers(world);
+        let mut sim = base.clone();
+        for ((slot, name), x) in self.slots.iter().zip(&self.names).zip(&numbers) {
+            let wrong = |why| Failure::Problem(format!("error: world {world}: {name} = {}: {why}", short(*x)));
+            slot.set(&mut sim, *x).map_err(wrong)?;
+        }
+        let steps = (seconds / sim.method().timestep).round() as usize;
+        let failed = sim.step_n(steps).err();
+        let (model, method, state) = (sim.model(), sim.method(), sim.state());
+        let mut recorder = Recorder::new(model);
+        let sample = recorder.sample(model, state);
+        let values = recorder.values(model, method, state, &sample, shown);
+        let mut row = vec![world.to_string()];
+        row.extend(numbers.iter().map(|x| format!("{x:.16e}")));
+        row.push(failed.as_ref().map_or_else(String::new, |error| error.time().to_string()));
+        row.extend(record::row(state, &sample, &values));
+        Ok((row.join(","), failed.is_some()))
+    }
+}
+
+/// The names and rows of a table.
+///
+/// Errors: it cannot be read, a row has another length, or a cell is no number.
+fn table(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Failure> {
+    let wrong = |why: String| Failure::Problem(format!("error: --table {}: {why}", path.display()));
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| wrong(e.to_string()))?;
+    let names: Vec<String> = reader.headers().map_err(|e| wrong(e.to_string()))?.iter().map(str::to_owned).collect();
+    let mut rows = Vec::new();
+    for (line, record) in reader.records().enumerate() {
+        let record = record.map_err(|e| wrong(e.to_string()))?;
+        let number = |(name, cell): (&String, &str)| match cell.parse::<f64>() {
+            Ok(x) if x.is_finite() => Ok(x),
+            _ => Err(wrong(format!("row {}: {name}: `{cell}` is not a finite number", line + 1))),
+        };
+        rows.push(names.iter().zip(&record).map(number).collect::<Result<_, _>>()?);
+    }
+    if rows.is_empty() { Err(wrong("it has no rows, so there is no world".to_owned())) } else { Ok((names, rows)) }
+}
+
+/// Removes an unfinished file that has no rows.
+fn forget(unfinished: &Path, worlds: usize) {
+    if worlds == 0 {
+        let _ = fs::remove_file(unfinished);
+    }
+}
+
+/// Where rows are until all are there.
+fn unfinished(out: &Path) -> PathBuf {
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    out.with_file_name(format!("{name}.unfinished"))
+}
+
+/// The unfinished file, begun anew or to be gone on with, and how many worlds it has.
+///
+/// Errors: it cannot be written; there is one and nobody said what is to become of it; it is of another rollout.
+fn open(path: &Path, header: &str, resume: bool, worlds: usize) -> Result<(BufWriter<File>, usize), Failure> {
+    let cannot = |e: std::io::Error| files::cannot_write(path, &e);
+    if !path.exists() {
+        let mut out = BufWriter::new(File::create(path).map_err(cannot)?);
+        writeln!(out, "{header}").map_err(cannot)?;
+        return Ok((out, 0));
+    }
+    if !resume {
+        let why = format!(
+            "error: {} is there, from a rollout that was interrupted: --resume goes on with it; remove it to begin anew",
+            path.display()
+        );
+        return Err(Failure::Usage(why));
+    }
+    // Whole lines only: the last one may have been cut.
+    let mut reader = BufReader::new(File::open(path).map_err(cannot)?);
+    let (mut line, mut length, mut rows) = (String::new(), 0, 0);
+    while reader.read_line(&mut line).map_err(cannot)? > 0 && line.ends_with('\n') {
+        let right = if length == 0 { line.trim_end() == header } else { line.starts_with(&format!("{rows},")) };
+        if !right {
+            let why = format!("error: {} is of another rollout: its columns or worlds are others", path.display());
+            return Err(Failure::Usage(why));
+        }
+        rows += usize::from(length > 0);
+        length += line.len() as u64;
+        line.clear();
+    }
+    let file = OpenOptions::new().append(true).open(path).map_err(cannot)?;
+    file.set_len(length).map_err(cannot)?;
+    let mut out = BufWriter::new(file);
+    if length == 0 {
+        writeln!(out, "{header}").map_err(cannot)?;
+    }
+    Ok((out, rows.min(worlds)))
+}
+
+/// Drawn where standard error is a terminal.
+fn bar(worlds: usize, done: usize) -> ProgressBar {
+    let bar = ProgressBar::new(worlds as u64);
+    if let Ok(style) = ProgressStyle::with_template("  {wide_bar} {pos} of {len} worlds, {eta} to go") {
+        bar.set_style(style);
+    }
+    bar.set_position(done as u64);
+    bar
+}
+
+/// "hinge" for a joint without a name of its own.
+fn named(list: impl Iterator<Item = String>) -> String {
+    let list: Vec<String> = list.take(8).collect();
+    if list.is_empty() { "it has none".to_owned() } else { format!("it has {}", list.join(", ")) }
+}
+
+/// What the model's bodies are called, for messages.
+fn bodies(model: &Model) -> String {
+    named((1..model.bodies.len()).map(|b| names::body(model, b)))
+}

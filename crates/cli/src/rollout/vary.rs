@@ -1,0 +1,163 @@
+//! What can differ from world to world: `qvel[0]=1..3`.
+
+use super::{bodies, named};
+use penny::Simulation;
+use penny::model::{JointKind, Model};
+use penny_lab::names;
+
+/// A number and its range.
+#[derive(Clone, Debug)]
+pub struct Vary {
+    pub name: String,
+    pub range: [f64; 2],
+}
+
+/// `NAME=A..B`
+pub fn parse(text: &str) -> Result<Vary, String> {
+    let (name, range) = text.split_once('=').ok_or("must be NAME=A..B, such as qvel[0]=1..3")?;
+    let (a, b) = range.split_once("..").ok_or("must be a range A..B, such as 1..3")?;
+    let number = |text: &str| match text.trim().parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => Err(format!("`{text}` is not a finite number")),
+    };
+    let range = [number(a)?, number(b)?];
+    if range[0] > range[1] {
+        return Err(format!("{a} is above {b}: the smaller number comes first"));
+    }
+    Ok(Vary { name: name.trim().to_owned(), range })
+}
+
+/// Where a number goes in a world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Slot {
+    Qpos(usize),
+    Qvel(usize),
+    Ctrl(usize),
+    /// Of one geom, or of all.
+    Friction(Option<usize>),
+    Solref(Option<usize>),
+    Mass(usize),
+    Gravity(usize),
+    Timestep,
+}
+
+impl Slot {
+    /// Errors: there is no such number; the message says which there are.
+    pub fn find(text: &str, model: &Model) -> Result<Slot, String> {
+        let (kind, key) = match text.split_once('[') {
+            Some((kind, rest)) => {
+                let key = rest.strip_suffix(']').ok_or_else(|| format!("`{text}` lacks its `]`"))?;
+                (kind, Some(key))
+            }
+            None => (text, None),
+        };
+        let needed = |what: &str| key.ok_or_else(|| format!("`{kind}` needs {what} in brackets, such as {kind}[0]"));
+        let entry = |what: &str, len: usize, name: &dyn Fn(usize) -> String, has: String| {
+            let key = needed(what)?;
+            let found = key.parse().ok().filter(|i| *i < len).or_else(|| (0..len).find(|&i| name(i) == key));
+            found.ok_or_else(|| format!("`{text}`: the scene has no {what} `{key}`; {has}"))
+        };
+        let geom = |_: &str| {
+            let name = |i: usize| model.geoms[i].name.clone();
+            let has = || named((0..model.geoms.len()).map(|g| names::geom(model, g)));
+            key.map(|_| entry("geom", model.geoms.len(), &name, has())).transpose()
+        };
+        match kind {
+            "qpos" => coordinate(text, needed("a number or joint")?, model, true).map(Slot::Qpos),
+            "qvel" => coordinate(text, needed("a number or joint")?, model, false).map(Slot::Qvel),
+            "ctrl" => {
+                let name = |i: usize| model.actuators[i].name.clone();
+                let has = named((0..model.actuators.len()).map(|a| names::actuator(model, a)));
+                entry("actuator", model.actuators.len(), &name, has).map(Slot::Ctrl)
+            }
+            "friction" => geom("friction").map(Slot::Friction),
+            "solref" => geom("solref").map(Slot::Solref),
+            "mass" => {
+                let name = |i: usize| model.bodies[i].name.clone();
+                entry("body", model.bodies.len(), &name, bodies(model)).map(Slot::Mass)
+            }
+            "gravity" => match needed("an axis")? {
+                "x" | "0" => Ok(Slot::Gravity(0)),
+                "y" | "1" => Ok(Slot::Gravity(1)),
+                "z" | "2" => Ok(Slot::Gravity(2)),
+                other => Err(format!("`{text}`: gravity has x, y and z, no `{other}`")),
+            },
+            "timestep" if key.is_none() => Ok(Slot::Timestep),
+            _ => Err(format!(
+                "`{text}` cannot be varied; what can: qpos[…], qvel[…], ctrl[…], friction[…], solref[…], mass[…], \
+                 gravity[…], timestep"
+            )),
+        }
+    }
+
+    /// Errors: the scene cannot have that number; the message says why.
+    pub fn set(self, sim: &mut Simulation, x: f64) -> Result<(), String> {
+        let text = |e: &dyn std::fmt::Display| e.to_string();
+        match self {
+            Slot::Qpos(i) => sim.state_mut().qpos[i] = x,
+            Slot::Qvel(i) => sim.state_mut().qvel[i] = x,
+            Slot::Ctrl(i) => sim.state_mut().ctrl[i] = x,
+            Slot::Friction(geom) => {
+                for g in geoms(geom, sim) {
+                    let [_, spin, roll] = sim.model().geoms[g].friction;
+                    sim.set_friction(g, [x, spin, roll]).map_err(|e| text(&e))?;
+                }
+            }
+            Slot::Solref(geom) => {
+                for g in geoms(geom, sim) {
+                    let [_, ratio] = sim.model().geoms[g].solref;
+                    sim.set_solref(g, [x, ratio]).map_err(|e| text(&e))?;
+                }
+            }
+            Slot::Mass(body) => sim.set_mass(body, x).map_err(|e| text(&e))?,
+            Slot::Gravity(axis) => {
+                let mut gravity: [f64; 3] = sim.model().opt.gravity.into();
+                gravity[axis] = x;
+                sim.set_gravity(gravity).map_err(|e| text(&e))?;
+            }
+            Slot::Timestep => sim.set_timestep(x).map_err(|e| text(&e))?,
+        }
+        Ok(())
+    }
+}
+
+fn geoms(one: Option<usize>, sim: &Simulation) -> std::ops::Range<usize> {
+    one.map_or(0..sim.model().geoms.len(), |g| g..g + 1)
+}
+
+/// A place in qpos or qvel: by number, or by the name of a joint that has one number.
+fn coordinate(text: &str, key: &str, model: &Model, position: bool) -> Result<usize, String> {
+    let len = if position { model.nq } else { model.nv };
+    if let Ok(i) = key.parse::<usize>() {
+        return if i < len { Ok(i) } else { Err(format!("`{text}`: the scene has {len} numbers, from 0 on")) };
+    }
+    let found = model.joints.iter().find(|j| j.name == key);
+    let joint = found.ok_or_else(|| {
+        let has = named(model.joints.iter().map(|j| j.name.clone()).filter(|n| !n.is_empty()));
+        format!("`{text}`: the scene has no joint `{key}`; {has}")
+    })?;
+    match joint.kind {
+        JointKind::Slide | JointKind::Hinge => Ok(if position { joint.qposadr } else { joint.dofadr }),
+        JointKind::Ball | JointKind::Free => {
+            let first = if position { joint.qposadr } else { joint.dofadr };
+            Err(format!("`{text}`: `{key}` has several numbers, from {first} on: name one by its place"))
+        }
+    }
+}
+
+/// A number from 0 to 1 that belongs to a seed, a world and a place (splitmix64).
+///
+/// Source: G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014.
+pub fn random(seed: u64, world: usize, place: usize) -> f64 {
+    let mut x = seed;
+    for part in [world as u64, place as u64] {
+        x = mixed(x.wrapping_add(part.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+    }
+    (x >> 11) as f64 / (1u64 << 53) as f64
+}
+
+fn mixed(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

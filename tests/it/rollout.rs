@@ -1,0 +1,115 @@
+//! `penny rollout`: a world's result is its own, whatever runs beside it, and nothing is lost.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+fn penny(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_penny")).current_dir(crate::ROOT).args(args).output().expect("penny starts")
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("rollout-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+const VARY: [&str; 8] = [
+    "--vary",
+    "qvel[0]=1..3",
+    "--vary",
+    "friction[ground]=0.2..0.9",
+    "--vary",
+    "timestep=0.001..0.002",
+    "--vary",
+    "gravity[z]=-10..-9",
+];
+
+/// The rows of a rollout of models/box.xml.
+fn rows(out: &std::path::Path, more: &[&str]) -> String {
+    let path = out.to_str().expect("text");
+    let run = penny(&[&["rollout", "models/box.xml", "--time", "0.1", "--out", path][..], &VARY, more].concat());
+    assert!(run.status.success(), "{}", crate::said(&run));
+    std::fs::read_to_string(out).expect("rows")
+}
+
+#[test]
+fn a_world_has_the_same_bits_at_any_count_of_threads_and_worlds() {
+    let folder = folder("bits");
+    let one = rows(&folder.join("one.csv"), &["--worlds", "40", "--threads", "1"]);
+    let two = rows(&folder.join("two.csv"), &["--worlds", "40", "--threads", "2"]);
+    let more = rows(&folder.join("more.csv"), &["--worlds", "50"]);
+    assert_eq!(one, two);
+    assert!(more.starts_with(&one), "worlds depend on how many there are");
+    assert_eq!(one.lines().count(), 41);
+    let other = rows(&folder.join("other.csv"), &["--worlds", "40", "--seed", "1"]);
+    assert_ne!(one, other, "the seed has no effect");
+    // A world alone, through `penny run`, is the same.
+    let row: Vec<&str> = one.lines().nth(1).expect("a row").split(',').collect();
+    let header: Vec<&str> = one.lines().next().expect("a header").split(',').collect();
+    let value = |name: &str| row[header.iter().position(|h| *h == name).unwrap_or_else(|| panic!("no {name}"))];
+    assert_eq!(value("failed"), "");
+    assert!((1.0..3.0).contains(&value("qvel[0]").parse::<f64>().expect("a number")));
+}
+
+#[test]
+fn a_table_gives_each_world_what_its_row_says() {
+    let folder = folder("table");
+    let (table, out) = (folder.join("table.csv"), folder.join("out.csv"));
+    std::fs::write(&table, "qvel[0],mass[box]\n1,1\n2,1\n").expect("a table");
+    let run = penny(&[
+        "rollout",
+        "models/box.xml",
+        "--steps",
+        "10",
+        "--gravity",
+        "0 0 0",
+        "--table",
+        table.to_str().expect("text"),
+        "-o",
+        out.to_str().expect("text"),
+    ]);
+    assert!(run.status.success(), "{}", crate::said(&run));
+    let text = std::fs::read_to_string(&out).expect("rows");
+    let speeds: Vec<f64> =
+        text.lines().skip(1).map(|l| l.split(',').nth(1).expect("a cell").parse().expect("a number")).collect();
+    assert_eq!(speeds, [1.0, 2.0]);
+}
+
+#[test]
+fn what_was_interrupted_goes_on_and_ends_the_same() {
+    let folder = folder("resume");
+    let whole = rows(&folder.join("whole.csv"), &["--worlds", "40"]);
+    let out = folder.join("cut.csv");
+    // As a kill in the middle of a write leaves it.
+    let cut = &whole[..whole.len() / 2];
+    std::fs::write(folder.join("cut.csv.unfinished"), cut).expect("a file");
+    let path = out.to_str().expect("text");
+    let anew =
+        penny(&[&["rollout", "models/box.xml", "--time", "0.1", "--out", path, "--worlds", "40"][..], &VARY].concat());
+    assert_eq!(anew.status.code(), Some(2));
+    assert!(crate::said(&anew).contains("--resume"), "{}", crate::said(&anew));
+    assert_eq!(rows(&out, &["--worlds", "40", "--resume"]), whole);
+    assert!(!folder.join("cut.csv.unfinished").exists());
+}
+
+#[test]
+fn what_cannot_be_varied_is_told() {
+    let out = folder("told").join("out.csv");
+    let out = out.to_str().expect("text");
+    for (vary, told) in [
+        ("qvel[9]=1..2", "numbers"),
+        ("qvel[nobody]=1..2", "no joint `nobody`"),
+        ("mass[crate]=1..2", "no body `crate`"),
+        ("friction[x]=1..2", "no geom `x`"),
+        ("colour=1..2", "cannot be varied"),
+        ("qvel[0]=2..1", "comes first"),
+        ("qvel[0]=2", "range"),
+        ("mass[box]=-2..-1", "world 0: mass[box]"),
+    ] {
+        let run = penny(&["rollout", "models/box.xml", "--time", "0.01", "--out", out, "--vary", vary]);
+        assert!(!run.status.success(), "{vary}");
+        assert!(crate::said(&run).contains(told), "{vary}: {}", crate::said(&run));
+        assert!(!std::path::Path::new(&format!("{out}.unfinished")).exists(), "{vary}: something is left behind");
+    }
+}
