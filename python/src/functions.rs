@@ -545,10 +545,9 @@ pub fn mj_ray(
     for (i, geom) in model.geoms.iter().enumerate().filter(|(_, g)| seen(g)) {
         let pos = engine.xpos[geom.body] + engine.xmat[geom.body] * geom.pos;
         let axes = penny::math::mat(&(engine.xquat[geom.body] * geom.quat));
-        if let Some(t) = penny::collision::ray::distance(geom.kind, &geom.size, &pos, &axes, &origin, &direction) {
-            if nearest.is_none_or(|(least, _)| t < least) {
-                nearest = Some((t, i));
-            }
+        let met = penny::collision::ray::distance(geom.kind, &geom.size, &pos, &axes, &origin, &direction);
+        if let Some(t) = met.filter(|t| nearest.is_none_or(|(least, _)| *t < least)) {
+            nearest = Some((t, i));
         }
     }
     if let Some(id) = geomid {

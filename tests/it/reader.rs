@@ -317,7 +317,7 @@ fn sensor(names: &str, attribute: &str) -> String {
         "objname='world'",
         "joint='joint'",
         "actuator='other'",
-        "tendon='tendon'",
+        "tendon='second'",
         "site='other'",
         "body='world'",
     ];
@@ -393,9 +393,9 @@ fn scene_with(element: &str, attribute: &str) -> String {
         "<mujoco {root}>{size}{compiler}{option}<option>{flag}</option>
         <default>{default}<default class='special'><geom condim='1'/><joint damping='9'/><pair condim='1'/>
           <equality solref='7 1'/><tendon damping='7'/>
-          <motor gear='7'/><site pos='7 0 0'/></default></default>
+          <motor gear='7'/><site pos='7 0 0'/><camera fovy='7'/></default></default>
         <asset><material name='material'/></asset>
-        <worldbody><body name='body'>{joint}<joint name='other' type='slide'/>{inertial}{geom}<geom name='other' size='1'/>{site}<site name='other'/>
+        <worldbody><body name='body'>{joint}<joint name='other' type='slide'/>{inertial}{geom}<geom name='other' size='1'/>{site}<site name='other'/>{camera}
           <frame {frame}><geom size='1'/></frame></body>
           {replicate}<body {body}><geom size='1'/></body><body>{freejoint}<geom size='1'/></body></worldbody>
         <contact>{pair}{exclude}</contact><equality>{equality}</equality><tendon>{tendon}</tendon>
@@ -419,6 +419,7 @@ fn scene_with(element: &str, attribute: &str) -> String {
         inertial = only("inertial", "pos='0 0 0' mass='1'"),
         geom = tag("geom", "name='geom' size='1'"),
         site = tag("site", "name='site'"),
+        camera = tag("camera", "name='camera'"),
         sensor = sensor(element, attribute),
         pair = only("pair", "geom1='geom' geom2='other'"),
         exclude = only("exclude", "body1='world' body2='body'"),
