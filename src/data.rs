@@ -75,11 +75,8 @@ pub struct Data {
     pub qfrc_smooth: Vec<f64>,
     /// Acceleration without contact and other constraint forces (nv).
     pub qacc_smooth: Vec<f64>,
-    /// Inertia matrix, one dense row-major block per tree at `m_adr[tree]`; free trees have none.
-    pub qm: Vec<f64>,
-    /// Where the block of each tree begins in `qm`.
-    pub m_adr: Vec<usize>,
-    /// The same without what is zero, and its factor: rows as in [`factor`](crate::dynamics::factor).
+    /// Inertia matrix without what is zero, and its factor: rows as in [`factor`](crate::dynamics::factor); free trees have
+    /// none. [`dense_m`](crate::dynamics::dense_m) writes it out.
     pub qm_rows: Vec<f64>,
     /// The factor.
     pub qld: Vec<f64>,
@@ -194,7 +191,7 @@ pub struct Mover {
     pub axes: Mat3,
     /// Velocity: m/s, rad/s.
     pub vel: Vec6,
-    /// J(com)·qacc_smooth: m/s², rad/s². Without the J̇·qvel term, as in MuJoCo.
+    /// J(com)·qacc_smooth of a free body: m/s², rad/s². Without the J̇·qvel term, as in MuJoCo.
     pub acc: Vec6,
     /// Diagonal of the inverse inertia of a free body (1/kg, 1/(kg m²)); unused for other bodies.
     pub minv: Vec6,
@@ -329,6 +326,13 @@ pub struct Outcome {
     pub residual: f64,
 }
 
+impl Outcome {
+    /// The outcome of one solve after another.
+    pub(crate) fn then(self, next: Outcome) -> Outcome {
+        Outcome { iterations: self.iterations + next.iterations, residual: next.residual }
+    }
+}
+
 /// What a step did: proof that it did no more than the scene requires.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -384,14 +388,6 @@ impl Data {
     /// Buffers for a model; nothing in them yet.
     pub(crate) fn blank(model: &Model) -> Data {
         let n = model.bodies.len();
-        let mut m_adr = Vec::with_capacity(model.trees.len());
-        let mut size = 0;
-        for tree in &model.trees {
-            m_adr.push(size);
-            if tree.free.is_none() {
-                size += tree.dofs.len() * tree.dofs.len();
-            }
-        }
         let zeros = vec![0.0; model.nv];
         let plan = Plan::new(model);
         let entries = plan.pattern.size();
@@ -426,8 +422,6 @@ impl Data {
             actuator_force: vec![0.0; model.actuators.len()],
             qfrc_smooth: zeros.clone(),
             qacc_smooth: zeros.clone(),
-            qm: vec![0.0; size],
-            m_adr,
             qm_rows: vec![0.0; entries],
             qld: vec![0.0; entries],
             cdof: vec![Vec6::zeros(); model.nv],

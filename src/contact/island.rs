@@ -5,7 +5,9 @@
 //!
 //!     w = Wᵀ f,     J a = J a₀ + W w        W: rows of all constraints; f: their forces
 
+use super::Task;
 use super::block_factor::{BlockFactor, Shape};
+use super::chains::Chains;
 use super::curvature::Curvature;
 use super::newton::{Constraint, dot};
 use super::rows::{Part, Parts, Row, Rows, SIX, dot_six};
@@ -14,8 +16,9 @@ use super::ties;
 use super::unit_mass::{self, padded};
 use crate::data::{Contact, Data, Mover, Outcome};
 use crate::dynamics;
+use crate::dynamics::factor::Pattern;
 use crate::dynamics::links;
-use crate::dynamics::spatial::{ang, lin};
+use crate::dynamics::spatial::{ang, join, lin};
 use crate::math::Vec3;
 use crate::model::Model;
 
@@ -72,6 +75,9 @@ pub struct Island {
     blocks: BlockFactor,
     /// Instead of blocks, where there are six unknowns.
     six: Six,
+    /// In place of rows and blocks, where every constraint acts on one chain of the island's only tree.
+    chains: Chains,
+    chained: bool,
     /// C of each constraint in H = 1 + Wᵀ C W.
     pub curvatures: Vec<Curvature>,
     /// Whether `blocks` have the structure of this island: a good start needs none.
@@ -88,7 +94,15 @@ const SHORT: usize = 16;
 impl Island {
     /// Makes room for all trees in one island, with that many contacts, rows of joints and ties, whose rows have so many
     /// numbers.
-    pub fn reserve(&mut self, model: &Model, contacts: usize, joints: usize, ties: usize, numbers: usize) {
+    pub fn reserve(
+        &mut self,
+        model: &Model,
+        pattern: &Pattern,
+        contacts: usize,
+        joints: usize,
+        ties: usize,
+        numbers: usize,
+    ) {
         let widths = || model.trees.iter().map(|t| padded(t.dofs.len()));
         let (size, widest) = (widths().sum(), widths().max().unwrap_or(0));
         let constraints = contacts + joints + ties;
@@ -96,6 +110,7 @@ impl Island {
         self.constraints.reserve(constraints);
         self.sources.reserve(constraints);
         self.curvatures.reserve(constraints);
+        self.chains.reserve(contacts + joints, (contacts + joints) * widest, model.requires.condim, pattern);
         self.rows.reserve(constraints, (contacts * model.requires.condim * 2 + joints) * widest + numbers, widest);
         let Island { w, gradient, p, velocity, smooth, scale, .. } = self;
         for vector in [w, gradient, p, velocity, smooth, scale] {
@@ -108,7 +123,9 @@ impl Island {
     }
 
     /// Empties it.
-    pub fn reset(&mut self) {
+    ///
+    /// In: whether every constraint that follows acts on one chain of the one tree that follows, which is no free body.
+    pub fn reset(&mut self, chained: bool) {
         let Island { units, sources, velocity, smooth, scale, .. } = self;
         units.clear();
         sources.clear();
@@ -116,6 +133,8 @@ impl Island {
             vector.clear();
         }
         self.rows.reset();
+        self.chains.reset();
+        self.chained = chained;
         self.analysed = false;
     }
 
@@ -167,6 +186,10 @@ impl Island {
         units: [Option<usize>; 2],
         points: [Vec3; 2],
     ) {
+        if self.chained {
+            self.add_chain(model, data, index, dim, units, points);
+            return;
+        }
         let contact = &data.contacts[index];
         let mut parts = Parts::new(dim);
         let (mut velocity, mut smooth) = ([0.0; 6], [0.0; 6]);
@@ -208,6 +231,10 @@ impl Island {
     /// Adds a row of a tree's dofs: a joint limit or dry friction.
     pub fn add_joint_row(&mut self, model: &Model, data: &Data, index: usize, unit: usize) {
         let row = &data.joint_rows[index];
+        if self.chained {
+            self.add_joint_chain(model, data, index);
+            return;
+        }
         let Unit { tree, at, n, .. } = self.units[unit];
         let (part, tree) = (self.rows.room(unit, at, n, 1), &model.trees[tree]);
         let jac = self.rows.of_mut(&part, 1);
@@ -332,7 +359,60 @@ impl Island {
         }
     }
 
+    /// [`Island::add_contact`] where every constraint acts on one chain.
+    ///
+    ///     J_k,j = [n_k, r × n_k] · S_j,   [0, n_k] · S_j for k ≥ 3      S_j: twist of dof j, r: from its origin
+    fn add_chain(
+        &mut self,
+        model: &Model,
+        data: &Data,
+        index: usize,
+        dim: usize,
+        units: [Option<usize>; 2],
+        points: [Vec3; 2],
+    ) {
+        let contact = &data.contacts[index];
+        let (side, sign) = if units[0].is_some() { (0, -1.0) } else { (1, 1.0) };
+        let Unit { tree, body: root, .. } = self.units[0];
+        let dofs = &model.trees[tree].dofs;
+        let way = data.plan.pattern.way(dynamics::last_dof(model, contact.body[side] as usize));
+        let arm = points[side] - data.xpos[root];
+        let wrench = |k: usize| {
+            let along = contact.frame.row(k % 3).transpose() * sign;
+            if k < 3 { join(&along, &arm.cross(&along)) } else { join(&Vec3::zeros(), &along) }
+        };
+        let Island { chains, velocity: v, smooth: a, scale, .. } = self;
+        let [velocity, smooth] = if let Some(plane) = &data.plan.planes[tree] {
+            let wrenches: [_; 6] = std::array::from_fn(|k| if k < dim { plane.twist(&wrench(k)) } else { [0.0; 3] });
+            let axes = &data.planar.axes[dofs.clone()];
+            chains.push(way, &wrenches[..dim], |j| &axes[j], v, a)
+        } else {
+            let wrenches: [_; 6] = std::array::from_fn(|k| if k < dim { wrench(k).into() } else { [0.0; 6] });
+            let twists = &data.cdof[dofs.clone()];
+            chains.push(way, &wrenches[..dim], |j| &twists[j].data.0[0], v, a)
+        };
+        chains.scale_last(&data.qld, scale);
+        self.push_constraint(Source::Contact(index), dim, velocity, smooth);
+    }
+
+    /// [`Island::add_joint_row`] likewise.
+    fn add_joint_chain(&mut self, model: &Model, data: &Data, index: usize) {
+        let row = &data.joint_rows[index];
+        let dofs = &model.trees[self.units[0].tree].dofs;
+        self.chains.push_joint(data.plan.pattern.way(row.dof + row.n - 1), &row.entries[..row.n]);
+        let place = row.dof - dofs.start..row.dof - dofs.start + row.n;
+        let product = |v: &[f64]| [dot(&row.entries, &v[place.clone()]), 0.0, 0.0, 0.0, 0.0, 0.0];
+        let (velocity, smooth) = (product(&self.velocity), product(&self.smooth));
+        self.chains.scale_last(&data.qld, &self.scale);
+        self.push_constraint(Source::Joint(index), 1, velocity, smooth);
+    }
+
     fn push(&mut self, source: Source, parts: Parts, dim: usize, velocity: [f64; 6], smooth: [f64; 6]) {
+        self.push_constraint(source, dim, velocity, smooth);
+        self.rows.push(parts);
+    }
+
+    fn push_constraint(&mut self, source: Source, dim: usize, velocity: [f64; 6], smooth: [f64; 6]) {
         let i = self.sources.len();
         if self.constraints.len() == i {
             self.constraints.push(Constraint::default());
@@ -340,7 +420,6 @@ impl Island {
         let c = &mut self.constraints[i];
         (c.cone.dim, c.cone.frozen, c.zone, c.velocity, c.smooth) = (dim, 0, 0, velocity, smooth);
         self.sources.push(source);
-        self.rows.push(parts);
     }
 
     /// Comes after all constraints: what is left over from a larger island goes. (What an island of the same size left is
@@ -357,6 +436,9 @@ impl Island {
     /// J M⁻¹ Jᵀ of the row e₀ J₀ + e₁ J₁ of constraint i, 1/kg.
     pub fn inverse_mass(&self, i: usize, e: [f64; 2]) -> f64 {
         let dim = self.constraints[i].cone.dim;
+        if self.chained {
+            return self.chains.square(i, e);
+        }
         let of_part = |part: &Part| {
             let (first, rest) = self.rows.of(part, dim).split_at(part.n);
             let second = rest.iter().copied().chain(std::iter::repeat(0.0));
@@ -367,6 +449,9 @@ impl Island {
 
     /// J M⁻¹ Jᵀ of row k of constraint i, 1/kg.
     pub fn inverse_mass_of_row(&self, i: usize, k: usize) -> f64 {
+        if self.chained {
+            return self.chains.squares(i)[k];
+        }
         let dim = self.constraints[i].cone.dim;
         let square = |part: &Part| self.rows.of(part, dim)[k * part.n..][..part.n].iter().map(|x| x * x).sum::<f64>();
         self.rows.parts(i).map(square).sum()
@@ -374,6 +459,9 @@ impl Island {
 
     /// J M⁻¹ Jᵀ of each row of constraint i, 1/kg and 1/(kg m²).
     pub fn inverse_masses(&self, i: usize) -> [f64; 6] {
+        if self.chained {
+            return self.chains.squares(i);
+        }
         let dim = self.constraints[i].cone.dim;
         let mut sum = [0.0; 6];
         for part in self.rows.parts(i) {
@@ -412,31 +500,30 @@ impl Island {
 
     /// w = Wᵀ f: lets the forces that the constraints have act. All that a law of springs and dampers has to do.
     pub fn push_forces(&mut self) -> Outcome {
-        self.w.fill(0.0);
-        self.rows.add_forces(self.constraints.iter().map(|c| &c.force), &mut self.w);
+        let Island { rows, chains, chained, constraints, w, .. } = self;
+        add_forces(rows, chains, *chained, constraints.iter().map(|c| &c.force), w);
         Outcome::default()
     }
 
     /// gradient = w − Wᵀ f
     pub fn take_gradient(&mut self) {
-        let Island { gradient, rows, constraints, w, .. } = self;
-        gradient.fill(0.0);
-        rows.add_forces(constraints.iter().map(|c| &c.force), gradient);
+        let Island { gradient, rows, chains, chained, constraints, w, .. } = self;
+        add_forces(rows, chains, *chained, constraints.iter().map(|c| &c.force), gradient);
         gradient.iter_mut().zip(w).for_each(|(g, w)| *g = *w - *g);
     }
 
     /// W w, handed out constraint by constraint.
     #[inline]
     pub fn multiply_w(&mut self, mut take: impl FnMut(&mut Constraint, [f64; 6])) {
-        let Island { rows, constraints, w, .. } = self;
-        rows.multiply(w, |i, product| take(&mut constraints[i], product));
+        let Island { rows, chains, chained, constraints, w, .. } = self;
+        multiply(rows, chains, *chained, w, |i, product| take(&mut constraints[i], product));
     }
 
     /// W p, handed out constraint by constraint.
     #[inline]
     pub fn multiply_p(&mut self, mut take: impl FnMut(&mut Constraint, &Curvature, [f64; 6])) {
-        let Island { rows, constraints, p, curvatures, .. } = self;
-        rows.multiply(p, |i, product| {
+        let Island { rows, chains, chained, constraints, p, curvatures, .. } = self;
+        multiply(rows, chains, *chained, p, |i, product| {
             take(&mut constraints[i], curvatures.get(i).unwrap_or(&Curvature::Zero), product)
         });
     }
@@ -444,14 +531,17 @@ impl Island {
     /// p = Wᵀ of something that each constraint has, such as its force.
     #[inline]
     pub fn add_to_p(&mut self, of: impl Fn(&Constraint) -> &[f64; 6]) {
-        let Island { rows, constraints, p, .. } = self;
-        p.fill(0.0);
-        rows.add_forces(constraints.iter().map(of), p);
+        let Island { rows, chains, chained, constraints, p, .. } = self;
+        add_forces(rows, chains, *chained, constraints.iter().map(of), p);
     }
 
     /// Factors H = 1 + Wᵀ C W.
-    pub fn factor(&mut self, shape: Shape) {
-        let Island { units, rows, blocks, six, analysed, curvatures, p, .. } = self;
+    pub fn factor(&mut self, task: &Task, shape: Shape) {
+        let Island { units, rows, chains, chained, blocks, six, analysed, curvatures, p, .. } = self;
+        if *chained {
+            chains.factor(&task.data.plan.pattern, &task.model.trees[units[0].tree].dofs, curvatures, shape);
+            return;
+        }
         if p.len() == SIX {
             rows.fill_six(curvatures, six, shape);
             six.factor(shape);
@@ -466,10 +556,15 @@ impl Island {
     }
 
     /// p ← H⁻¹ p
-    pub fn divide_p(&mut self) {
-        match <&mut Row>::try_from(&mut self.p[..]) {
-            Ok(p) => self.six.divide(p),
-            Err(_) => self.blocks.divide(&mut self.p),
+    pub fn divide_p(&mut self, task: &Task) {
+        let Island { units, chains, chained, blocks, six, p, .. } = self;
+        if *chained {
+            chains.divide(&task.data.plan.pattern, &task.model.trees[units[0].tree].dofs, p);
+            return;
+        }
+        match <&mut Row>::try_from(&mut p[..]) {
+            Ok(p) => six.divide(p),
+            Err(_) => blocks.divide(p),
         }
     }
 
@@ -507,7 +602,7 @@ impl Island {
         square.sqrt()
     }
 
-    /// Row k of J of constraint i over all dofs (nv).
+    /// Row k of J of constraint i over all dofs (nv). Not where constraints act on chains.
     pub fn row_of_dofs(&self, model: &Model, data: &Data, i: usize, k: usize) -> Vec<f64> {
         let mut out = vec![0.0; model.nv];
         for part in self.rows.parts(i) {
@@ -518,7 +613,8 @@ impl Island {
         out
     }
 
-    /// Adds `factor` Jᵀ F J to the island's matrix over its trees' dofs (row-major, no padding).
+    /// Adds `factor` Jᵀ F J to the island's matrix over its trees' dofs (row-major, no padding). Not where constraints act on
+    /// chains.
     ///
     /// In: `slopes` F of each constraint, dim × dim.
     pub fn add_tangent(
@@ -595,6 +691,25 @@ impl Island {
             }
         }
     }
+}
+
+/// w = Wᵀ f
+#[inline]
+fn add_forces<'a>(
+    rows: &Rows,
+    chains: &Chains,
+    chained: bool,
+    forces: impl Iterator<Item = &'a [f64; 6]>,
+    w: &mut [f64],
+) {
+    w.fill(0.0);
+    if chained { chains.add_forces(forces, w) } else { rows.add_forces(forces, w) }
+}
+
+/// W v, handed out constraint by constraint.
+#[inline]
+fn multiply(rows: &Rows, chains: &Chains, chained: bool, v: &[f64], take: impl FnMut(usize, [f64; 6])) {
+    if chained { chains.multiply(v, take) } else { rows.multiply(v, take) }
 }
 
 /// Rows of J of a contact for one side that is a free body, in the coordinates of its mover.

@@ -11,6 +11,7 @@
 //! | `islands`, `disjoint_sets` | which trees constraints hold together |
 //! | `island` | the constraints of one island, and where its results go |
 //! | `unit_mass`, `rows` | coordinates in which every tree has unit mass; rows of J in them, and Newton's matrix |
+//! | `chains` | the same rows and matrix where each constraint acts on one chain of one tree |
 //! | `impedance`, `per_mix`, `constants` | what `solref` and `solimp` mean |
 //! | `cost`, `curvature`, `newton` | convex problems in the accelerations, and Newton's method for them |
 //! | `block_factor`, `six` | linear systems: of blocks that trees share, and of six unknowns |
@@ -38,6 +39,7 @@ macro_rules! sized {
 }
 
 mod block_factor;
+mod chains;
 pub mod constants;
 mod cost;
 mod curvature;
@@ -176,7 +178,7 @@ impl Scratch {
         let (ties, numbers) = (data.plan.most_ties(model), data.plan.equality_numbers + 3 * data.plan.tendon_numbers);
         scratch.islands.reserve(model, contacts, joints, ties);
         // Rows of a tree are padded, to six numbers at least.
-        scratch.island.reserve(model, contacts, joints, ties, 6 * numbers);
+        scratch.island.reserve(model, &data.plan.pattern, contacts, joints, ties, 6 * numbers);
         scratch
     }
 }
@@ -211,7 +213,8 @@ pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut D
             continue;
         }
         let task = Task { model, settings, state, data };
-        assemble(&task, islands, group, island);
+        let chained = chained(&task, islands, group);
+        assemble(&task, islands, group, island, chained);
         let outcome = (law.solve)(&task, own, island);
         data.counts.rows += island.row_count();
         island.finish(model, data);
@@ -259,10 +262,20 @@ fn take(
     true
 }
 
+/// Whether an island is one tree with joints, and each of its constraints acts on one chain of it.
+fn chained(task: &Task, islands: &Islands, group: usize) -> bool {
+    let Task { model, data, .. } = *task;
+    let (trees, contacts, _) = islands.group(group);
+    let moves = |b: u32| model.bodies[b as usize].tree.is_some();
+    let one_side = |c: &usize| data.contacts[*c].body.map(moves) != [true; 2];
+    let single = trees.len() == 1 && islands.ties(group).is_empty();
+    single && model.trees[trees[0]].free.is_none() && contacts.iter().all(one_side)
+}
+
 /// The rows of one island.
-fn assemble(task: &Task, islands: &mut Islands, group: usize, island: &mut Island) {
+fn assemble(task: &Task, islands: &mut Islands, group: usize, island: &mut Island, chained: bool) {
     let Task { model, settings, state, data } = *task;
-    island.reset();
+    island.reset(chained);
     islands.number(group, |tree| island.add_tree(model, data, &state.qvel, tree));
     island.start();
     let (_, contacts, joints) = islands.group(group);
@@ -291,7 +304,7 @@ fn assemble_all(task: &Task, island: &mut Island) {
     let mut islands = Islands::default();
     islands.reserve(task.model, 0, 0, 0);
     islands.find_one(task.model, task.data);
-    assemble(task, &mut islands, 0, island);
+    assemble(task, &mut islands, 0, island, false);
 }
 
 /// Where a law's force acts on each of the two bodies of a contact. World, m.

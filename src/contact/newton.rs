@@ -14,6 +14,7 @@ use super::Task;
 use super::block_factor::Shape;
 use super::cost::{Cone, Kind, Spread, Zone};
 use super::island::Island;
+use super::penalty::residual::Piece;
 use crate::data::Outcome;
 
 /// One cone of constraint: a contact, a joint limit, or the dry friction of a degree of freedom.
@@ -40,10 +41,16 @@ pub struct Constraint {
     pub rate: [f64; 6],
     /// −∂s/∂x at `x`: N, N m.
     pub force: [f64; 6],
+    /// The force before a step, for methods that go back.
+    pub start: [f64; 6],
+    /// Whether it leaves its piece: the normal, and each group of friction.
+    pub crosses: [bool; 4],
     /// What it lacks, for methods that know it.
     pub change: [f64; 6],
     /// The piece of the cost on which x is.
     pub zone: Zone,
+    /// The piece of the `penalty` law's equations on which the force is.
+    pub piece: Piece,
     /// Normal force, and by how much it differed from `cone.limit`, when that was last changed, N.
     pub last: [f64; 2],
 }
@@ -83,6 +90,17 @@ impl Constraint {
     fn take_y(&mut self, product: [f64; 6]) {
         let y = self.beyond_bias(product);
         self.cone.spread(&y, &mut self.y);
+    }
+
+    /// Multiplies the coefficients of a contact's friction, and its forces, by a factor.
+    pub fn scale_friction(&mut self, factor: f64) {
+        if self.cone.kind == Kind::Coulomb {
+            for k in 1..self.cone.dim {
+                self.cone.mu[k] *= factor;
+                self.cone.d[k] /= factor * factor;
+                self.force[k] *= factor;
+            }
+        }
     }
 
     /// The force −∂s/∂x at the acceleration `rate`; the normal force there limits Coulomb friction.
@@ -188,7 +206,7 @@ pub fn minimise(task: &Task, island: &mut Island, stop: &Stop) -> Outcome {
     }
     let mut guesses = 0;
     let norm = norm.unwrap_or_else(|| {
-        guesses = usize::from(stop.iterations > 0 && guess(island));
+        guesses = usize::from(stop.iterations > 0 && guess(task, island));
         island.take_gradient();
         scale * island.gradient_norm(model, data)
     });
@@ -203,7 +221,7 @@ pub fn minimise(task: &Task, island: &mut Island, stop: &Stop) -> Outcome {
 ///
 /// Newton's method, which begins with all edges that x violates, drops the others one by one: the tutorial's disk, spinning on
 /// the ground, takes 6.7 steps with contacts from w = 0 and 2.0 from there.
-fn guess(island: &mut Island) -> bool {
+fn guess(task: &Task, island: &mut Island) -> bool {
     island.w.fill(0.0);
     island.curvatures.clear();
     let (mut cold, mut slips) = (0.0, false);
@@ -219,8 +237,8 @@ fn guess(island: &mut Island) -> bool {
     }
     if slips {
         island.add_to_p(|c| &c.force);
-        island.factor(Shape::Symmetric);
-        island.divide_p();
+        island.factor(task, Shape::Symmetric);
+        island.divide_p(task);
         for c in &mut island.constraints {
             cold += c.cone.cost(&c.x, &mut c.force).0;
         }
@@ -247,12 +265,12 @@ pub fn refresh(island: &mut Island) {
 }
 
 /// p = −H⁻¹ g. Out: the Newton decrement gᵀ H⁻¹ g, twice the improvement that a quadratic would give.
-fn step(island: &mut Island) -> f64 {
+fn step(task: &Task, island: &mut Island) -> f64 {
     island.p.iter_mut().zip(&island.gradient).for_each(|(p, g)| *p = -g);
     island.curvatures.clear();
     island.curvatures.extend(island.constraints.iter().map(|c| c.cone.curvature(&c.x)));
-    island.factor(Shape::Symmetric);
-    island.divide_p();
+    island.factor(task, Shape::Symmetric);
+    island.divide_p(task);
     -dot(&island.gradient, &island.p)
 }
 
@@ -265,9 +283,9 @@ fn advance(island: &mut Island) -> Point {
 
 /// One Newton step with line search. Out: whether it left every constraint on its piece of the cost, or was no more than
 /// rounding; `None` where nothing leads further down.
-pub fn iterate(island: &mut Island) -> Option<bool> {
+pub fn iterate(task: &Task, island: &mut Island) -> Option<bool> {
     let energy = dot(&island.w, &island.w);
-    let decrement = step(island);
+    let decrement = step(task, island);
     if decrement.is_nan() || decrement <= 0.0 {
         return None;
     }
@@ -292,7 +310,7 @@ fn descend(task: &Task, island: &mut Island, stop: &Stop, scale: f64, mut norm: 
     let exact = stop.tolerance == 0.0;
     let (mut iterations, mut same, mut last) = (0, false, f64::INFINITY);
     while iterations < stop.iterations && !(norm < stop.tolerance || norm == 0.0) {
-        let decrement = step(island);
+        let decrement = step(task, island);
         iterations += 1;
         // Below zero, or small and no longer shrinking on the same pieces of the cost, it is rounding.
         let stuck = same && decrement > 0.25 * last && scale * decrement < ROUNDING;

@@ -53,7 +53,7 @@ pub fn constrain_at(model: &Model, settings: &Settings, state: &State, a: &[f64]
             continue;
         }
         let task = Task { model, settings, state, data };
-        assemble(&task, islands, group, island);
+        assemble(&task, islands, group, island, false);
         island.take_rates(model, data, a);
         respond(settings.law, &task, own, island);
         island.push_forces();
@@ -98,7 +98,7 @@ pub fn tangent(model: &Model, settings: &Settings, state: &State, a: &[f64], dat
         if contacts.is_empty() && joints.is_empty() && islands.ties(group).is_empty() {
             continue;
         }
-        assemble(&Task { model, settings, state, data }, islands, group, island);
+        assemble(&Task { model, settings, state, data }, islands, group, island, false);
         island.take_rates(model, data, a);
         differentiate(model, settings, state, data, own, island, forces, slopes, shifts);
         island.add_tangent(model, data, -settings.timestep, slopes, &mut blocks[at..]);

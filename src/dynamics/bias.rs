@@ -37,10 +37,10 @@ pub fn velocities(model: &Model, t: usize, qvel: &[f64], data: &mut Data) {
 ///     bias_j = S_j · F_b
 ///
 /// V is the twist before the joint's own motion: its axis moves with what comes before it.
-/// Reads: cdof, cinert, cvel, qvel. Writes: cacc, cfrc (bodies with joints), qfrc_bias.
+/// Reads: cdof, cinert, qvel. Writes: cvel (bodies of the tree), vel of the movers; cacc, cfrc (bodies with joints), qfrc_bias.
 pub fn bias(model: &Model, t: usize, gravity: &Vec3, qvel: &[f64], data: &mut Data) {
-    let Data { plan, cdof, cvel, cacc, cfrc, cinert, qfrc_bias, .. } = data;
-    let links = plan.links_of(t);
+    let Data { plan, xpos, movers, cdof, cvel, cacc, cfrc, cinert, qfrc_bias, .. } = data;
+    let (links, origin) = (plan.links_of(t), xpos[model.trees[t].bodies.start]);
     for link in links {
         let (mut v, mut a) = match link.parent {
             NONE => (Vec6::zeros(), join(&-gravity, &Vec3::zeros())),
@@ -61,6 +61,9 @@ pub fn bias(model: &Model, t: usize, gravity: &Vec3, qvel: &[f64], data: &mut Da
             v += moved;
         }
         let inertia = &cinert[link.body];
+        cvel[link.body] = v;
+        let mover = &mut movers[link.body];
+        mover.vel = at(&v, &(mover.com - origin));
         cacc[link.body] = a;
         cfrc[link.body] = inertia.mul(&a) + cross_force(&v, &inertia.mul(&v));
     }
@@ -73,21 +76,7 @@ pub fn bias(model: &Model, t: usize, gravity: &Vec3, qvel: &[f64], data: &mut Da
             cfrc[link.parent] += force;
         }
     }
-}
-
-/// J(com)·qacc_smooth of the movers of a tree, as [`velocities`] with accelerations in place of velocities.
-///
-/// Reads: cdof, qacc_smooth. Writes: cacc (bodies with joints), acc of the movers.
-pub fn accelerations(model: &Model, t: usize, data: &mut Data) {
-    let Data { plan, xpos, cdof, cacc, movers, qacc_smooth, .. } = data;
-    let origin = xpos[model.trees[t].bodies.start];
-    for link in plan.links_of(t) {
-        let mut a = if link.parent == NONE { Vec6::zeros() } else { cacc[link.parent] };
-        for (s, acc) in cdof[link.dofs.clone()].iter().zip(&qacc_smooth[link.dofs.clone()]) {
-            a += s * *acc;
-        }
-        cacc[link.body] = a;
-        let mover = &mut movers[link.body];
-        mover.acc = at(&a, &(mover.com - origin));
+    for &b in plan.welded_in(t) {
+        cvel[b] = cvel[model.bodies[b].weld];
     }
 }

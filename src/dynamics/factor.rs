@@ -37,8 +37,8 @@ pub struct Pattern {
 
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Row {
-    /// Index of the first entry.
-    start: usize,
+    /// Index of the first entry: even.
+    pub start: usize,
     /// Number of entries; the last is the diagonal's.
     len: usize,
 }
@@ -48,7 +48,7 @@ pub struct Entry {
     /// The dof of its column, counted in the tree.
     pub column: usize,
     /// Where the row of that dof starts, in pairs.
-    pair: usize,
+    pub pair: usize,
 }
 
 impl Row {
@@ -95,6 +95,11 @@ impl Pattern {
         &self.rows[dofs.clone()]
     }
 
+    /// The dofs on the way from the root to a dof: the entries of its row.
+    pub fn way(&self, dof: usize) -> &[Entry] {
+        self.entries(&self.rows[dof])
+    }
+
     /// The entries of a row.
     pub fn entries(&self, row: &Row) -> &[Entry] {
         &self.entries[row.entries()]
@@ -117,7 +122,48 @@ impl Pattern {
         for (k, row) in self.rows(dofs).iter().enumerate().rev() {
             let (before, own) = h.split_at_mut(row.start / 2);
             let way = &self.entries[row.beside_diagonal()];
-            by_length!(way.len(), n => eliminate(&way[..n], before, &mut own[..n / 2 + 1], x, k));
+            by_length!(way.len(), n => {
+                eliminate(&way[..n], before, &mut own[..n / 2 + 1]);
+                let own_x = x[k];
+                for (l, entry) in own.as_flattened().iter().zip(&way[..n]) {
+                    x[entry.column] -= l * own_x;
+                }
+            });
+        }
+    }
+
+    /// Factors a matrix of this pattern in place, H = Lᵀ D L, L unit lower triangular.
+    ///
+    /// L is kept beside the diagonal, 1/D on it.
+    pub fn factor_alone(&self, dofs: &Range<usize>, h: &mut [f64]) {
+        let h = h.as_chunks_mut::<2>().0;
+        for row in self.rows(dofs).iter().rev() {
+            let (before, own) = h.split_at_mut(row.start / 2);
+            let way = &self.entries[row.beside_diagonal()];
+            by_length!(way.len(), n => eliminate(&way[..n], before, &mut own[..n / 2 + 1]));
+        }
+    }
+
+    /// Factors a matrix of this pattern that is not symmetric, H = Uᵀ D L, both unit lower triangular.
+    ///
+    /// In: `low` holds H on and below the diagonal, `up` on and above it, transposed. Out: L and U beside the diagonal, 1/D on
+    /// it.
+    pub fn factor_general(&self, dofs: &Range<usize>, low: &mut [f64], up: &mut [f64]) {
+        let (low, up) = (low.as_chunks_mut::<2>().0, up.as_chunks_mut::<2>().0);
+        for row in self.rows(dofs).iter().rev() {
+            let (low_before, low) = low.split_at_mut(row.start / 2);
+            let (up_before, up) = up.split_at_mut(row.start / 2);
+            let way = &self.entries[row.beside_diagonal()];
+            by_length!(way.len(), n => {
+                let (way, low, up) = (&way[..n], &mut low[..n / 2 + 1], &mut up[..n / 2 + 1]);
+                let inverse = 1.0 / low.as_flattened()[n];
+                subtract(way, up, inverse, low, low_before);
+                subtract(way, low, inverse, up, up_before);
+                for own in [low, up] {
+                    own.iter_mut().for_each(|[a, b]| (*a, *b) = (*a * inverse, *b * inverse));
+                    own.as_flattened_mut()[n] = inverse;
+                }
+            });
         }
     }
 
@@ -131,6 +177,17 @@ impl Pattern {
                 sum -= x[entry.column] * l;
             });
             x[k] = sum;
+        }
+    }
+
+    /// x ← U⁻ᵀ x with the factor of [`factor_general`](Pattern::factor_general); L is U of a symmetric matrix.
+    pub fn reduce_one(&self, dofs: &Range<usize>, up: &[f64], x: &mut [f64]) {
+        let x = &mut x[..dofs.len()];
+        for (k, row) in self.rows(dofs).iter().enumerate().rev() {
+            let (u, way, own) = (&up[row.entries()], &self.entries[row.beside_diagonal()], x[k]);
+            by_length!(way.len(), n => for (u, entry) in u[..n].iter().zip(&way[..n]) {
+                x[entry.column] -= u * own;
+            });
         }
     }
 
@@ -185,23 +242,25 @@ impl Pattern {
     }
 }
 
-/// Subtracts from the rows on the way of row k what it accounts for, and makes it a row of L and D. Two by two.
+/// Subtracts from the rows on the way of row k what it accounts for, and makes it a row of L and D.
 #[inline(always)]
-fn eliminate(way: &[Entry], before: &mut [[f64; 2]], own: &mut [[f64; 2]], x: &mut [f64], k: usize) {
+fn eliminate(way: &[Entry], before: &mut [[f64; 2]], own: &mut [[f64; 2]]) {
     let inverse = 1.0 / own.as_flattened()[way.len()];
+    subtract(way, own, inverse, own, before);
+    own.iter_mut().for_each(|[a, b]| (*a, *b) = (*a * inverse, *b * inverse));
+    own.as_flattened_mut()[way.len()] = inverse;
+}
+
+/// The row of the p-th dof on the way less `scale` factors_p times the start of `own`. Two by two.
+#[inline(always)]
+fn subtract(way: &[Entry], factors: &[[f64; 2]], scale: f64, own: &[[f64; 2]], before: &mut [[f64; 2]]) {
     for (p, entry) in way.iter().enumerate() {
-        let (pairs, scale) = (p / 2 + 1, own[p / 2][p % 2] * inverse);
+        let (pairs, scale) = (p / 2 + 1, factors[p / 2][p % 2] * scale);
         for (above, own) in before[entry.pair..entry.pair + pairs].iter_mut().zip(&own[..pairs]) {
             let ([a, b], [c, d]) = (*above, *own);
             *above = [a - scale * c, b - scale * d];
         }
     }
-    own.iter_mut().for_each(|[a, b]| (*a, *b) = (*a * inverse, *b * inverse));
-    let (own, own_x) = (own.as_flattened_mut(), x[k]);
-    for (l, entry) in own.iter().zip(way) {
-        x[entry.column] -= l * own_x;
-    }
-    own[way.len()] = inverse;
 }
 
 /// What [`Pattern::solve`] can work on: a number of each dof, or several numbers, solved for at once.

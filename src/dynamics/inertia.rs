@@ -30,9 +30,9 @@ pub fn links(model: &Model, t: usize, data: &mut Data) {
 ///     M_ij = S_i · I_j S_j   for i on the way from j to the root,   I_j = Σ inertia of the bodies that j moves
 ///     M_jj += armature
 ///
-/// Reads: cinert, cdof. Writes: crb (bodies with joints), the tree's block of qm (both triangles) and of qm_rows.
+/// Reads: cinert, cdof. Writes: crb (bodies with joints), the tree's block of qm_rows.
 pub fn matrix(model: &Model, t: usize, data: &mut Data) {
-    let Data { plan, qm, qm_rows, m_adr, cinert, crb, cdof, .. } = data;
+    let Data { plan, qm_rows, cinert, crb, cdof, .. } = data;
     let (tree, links) = (&model.trees[t], plan.links_of(t));
     for link in links {
         crb[link.body] = cinert[link.body];
@@ -47,7 +47,7 @@ pub fn matrix(model: &Model, t: usize, data: &mut Data) {
     let world = if first == JointKind::Free { 3 } else { 0 };
     let force = |link: &Link, j: usize| crb[link.body].mul(&cdof[j]);
     let product = |i: usize, force: &Vec6| if i < world { force[i] } else { dot(&cdof[i], force) };
-    fill(model, t, plan, qm_rows, &mut qm[m_adr[t]..], force, product);
+    fill(model, t, plan, qm_rows, force, product);
 }
 
 /// The entries of M, by the force I_j S_j and its products with S_i.
@@ -57,26 +57,31 @@ pub fn fill<F>(
     t: usize,
     plan: &Plan,
     qm_rows: &mut [f64],
-    qm: &mut [f64],
     force: impl Fn(&Link, usize) -> F,
     product: impl Fn(usize, &F) -> f64,
 ) {
     let (dofs, pattern) = (&model.trees[t].dofs, &plan.pattern);
-    let n = dofs.len();
-    let qm = &mut qm[..n * n];
     for link in plan.links_of(t) {
         for j in link.dofs.start - dofs.start..link.dofs.end - dofs.start {
             let force = force(link, j);
             let row = &pattern.rows(dofs)[j];
             for (m, entry) in qm_rows[row.entries()].iter_mut().zip(pattern.entries(row)) {
-                let i = entry.column;
-                *m = product(i, &force);
-                if i == j {
-                    *m += model.dofs[dofs.start + j].armature;
-                }
-                qm[j * n + i] = *m;
-                qm[i * n + j] = *m;
+                *m = product(entry.column, &force);
             }
+            qm_rows[row.diagonal()] += model.dofs[dofs.start + j].armature;
+        }
+    }
+}
+
+/// M of one tree as a dense matrix, row-major. Not for a step. Reads: qm_rows.
+pub fn dense(model: &Model, data: &Data, t: usize, out: &mut [f64]) {
+    let (dofs, pattern) = (&model.trees[t].dofs, &data.plan.pattern);
+    let n = dofs.len();
+    out[..n * n].fill(0.0);
+    for (j, row) in pattern.rows(dofs).iter().enumerate() {
+        for (m, entry) in data.qm_rows[row.entries()].iter().zip(pattern.entries(row)) {
+            out[j * n + entry.column] = *m;
+            out[entry.column * n + j] = *m;
         }
     }
 }

@@ -69,7 +69,7 @@ pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
 ///     M qacc_smooth = qfrc_smooth = qfrc_passive + qfrc_actuator + qfrc_applied + Jᵀ xfrc_applied − qfrc_bias
 ///
 /// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth and, as if nothing else pushed,
-///         qacc; vel and acc of the movers; for trees that are not free bodies also qm, qld, qfrc_bias, qfrc_smooth.
+///         qacc; vel of the movers, acc of free bodies; for other trees also qm_rows, qld, qfrc_bias, qfrc_smooth.
 pub fn smooth(model: &Model, state: &State, data: &mut Data) {
     tendon::tendons(model, &state.qpos, &state.qvel, data);
     tendon::rates(model, &state.qvel, data);
@@ -94,12 +94,14 @@ pub fn smooth(model: &Model, state: &State, data: &mut Data) {
 fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mut Data) {
     let tree = &model.trees[t];
     let (bodies, dofs) = (tree.bodies.clone(), tree.dofs.clone());
-    bias::velocities(model, t, &state.qvel, data);
     if let Some(plane) = data.plan.planes[t] {
+        bias::velocities(model, t, &state.qvel, data);
         planar::bias(model, t, &plane, gravity, &state.qvel, data);
     } else if data.plan.varies[t] {
         inertia::links(model, t, data);
         bias::bias(model, t, gravity, &state.qvel, data);
+    } else {
+        bias::velocities(model, t, &state.qvel, data);
     }
     tendon::add_bias(model, t, data);
     for d in dofs.clone() {
@@ -125,7 +127,6 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
         data.plan.pattern.substitute(&dofs, &data.qld, &mut data.qacc_smooth[dofs.clone()]);
     }
     data.qacc[dofs.clone()].copy_from_slice(&data.qacc_smooth[dofs]);
-    bias::accelerations(model, t, data);
 }
 
 /// Reads: qm_rows. Writes: qld. Reduces: qacc_smooth.
@@ -208,12 +209,19 @@ pub fn mocap(model: &Model, state: &State, data: &mut Data) {
 
 /// M of a tree that is not a free body, and its factor.
 ///
-/// Reads: kinematics. Writes: qm, qm_rows, qld; qacc_smooth is no longer one.
+/// Reads: kinematics. Writes: qm_rows, qld; qacc_smooth is no longer one.
 pub fn inertia_matrix(model: &Model, t: usize, data: &mut Data) {
     inertia::links(model, t, data);
     inertia::matrix(model, t, data);
     tendon::add_inertia(model, t, data);
     factor_m(model, t, data);
+}
+
+/// M of a tree that is not a free body as a dense matrix, row-major, kg (kg m²). Not for a step. Reads: qm_rows.
+pub fn dense_m(model: &Model, data: &Data, tree: usize) -> Vec<f64> {
+    let mut out = vec![0.0; model.trees[tree].dofs.len().pow(2)];
+    inertia::dense(model, data, tree, &mut out);
+    out
 }
 
 /// x ← M⁻¹ x for a tree that is not a free body; `x` holds the tree's dofs, in one column or several side by side.

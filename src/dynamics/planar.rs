@@ -59,11 +59,11 @@ pub fn bias(model: &Model, t: usize, plane: &Plane, gravity: &Vec3, qvel: &[f64]
 
 /// M, as [`inertia::matrix`](super::inertia::matrix), from what [`bias`] has left.
 ///
-/// Writes: the tree's block of qm (both triangles) and of qm_rows.
+/// Writes: the tree's block of qm_rows.
 pub fn matrix(model: &Model, t: usize, data: &mut Data) {
-    let Data { plan, qm, qm_rows, m_adr, planar: Scratch { axes, bodies }, .. } = data;
+    let Data { plan, qm_rows, planar: Scratch { axes, bodies }, .. } = data;
     let tree = &model.trees[t];
     let axes = &axes[tree.dofs.clone()];
     let force = |link: &Link, j: usize| bodies[link.body].inertia.mul(&axes[j]);
-    fill(model, t, plan, qm_rows, &mut qm[m_adr[t]..], force, |i, force| dot(&axes[i], force));
+    fill(model, t, plan, qm_rows, force, |i, force| dot(&axes[i], force));
 }

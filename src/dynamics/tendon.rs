@@ -194,24 +194,18 @@ pub fn energy(tendon: &Tendon, length: f64) -> f64 {
 /// Adds the inertia of tendons to M: armature JᵀJ, as far as M has entries. What couples two branches, or two trees, is
 /// left out, as in MuJoCo.
 ///
-/// Writes: qm_rows, qm. Comes before M is factored.
+/// Writes: qm_rows. Comes before M is factored.
 pub fn add_inertia(model: &Model, t: usize, data: &mut Data) {
     for k in 0..data.plan.inert_tendons.len() {
         let i = data.plan.inert_tendons[k];
         let armature = model.tendons[i].armature;
-        let Data { plan, ten_j, qm_rows, qm, m_adr, .. } = data;
+        let Data { plan, ten_j, qm_rows, .. } = data;
         let Some(block) = plan.tendons[i].iter().find(|block| block.tree == t) else { continue };
         let n = block.dofs.len();
         let j = &ten_j[block.at..block.at + n];
         for (k, row) in plan.pattern.rows(&block.dofs).iter().enumerate().filter(|(k, _)| j[*k] != 0.0) {
             for (m, entry) in qm_rows[row.entries()].iter_mut().zip(plan.pattern.entries(row)) {
-                let more = armature * j[k] * j[entry.column];
-                *m += more;
-                let (a, b) = (m_adr[t] + k * n + entry.column, m_adr[t] + entry.column * n + k);
-                qm[a] += more;
-                if a != b {
-                    qm[b] += more;
-                }
+                *m += armature * j[k] * j[entry.column];
             }
         }
     }

@@ -364,7 +364,9 @@ impl Newton {
         for (t, tree) in model.trees.iter().enumerate() {
             let size = tree.dofs.len();
             if tree.free.is_none() {
-                self.inertia.extend_from_slice(&data.qm[data.m_adr[t]..][..size * size]);
+                let at = self.inertia.len();
+                self.inertia.resize(at + size * size, 0.0);
+                dynamics::inertia::dense(model, data, t, &mut self.inertia[at..]);
                 continue;
             }
             let unit = |i: usize| -> [f64; 6] { std::array::from_fn(|j| f64::from(i == j)) };
@@ -431,8 +433,15 @@ fn product_of_tree(model: &Model, data: &Data, t: usize, x: &[f64], y: &[f64]) -
         let turn = ang(&a).component_mul(&free.inertia).dot(&ang(&b));
         return free.mass * lin(&a).dot(&lin(&b)) + turn;
     }
-    let rows = data.qm[data.m_adr[t]..].chunks_exact(x.len());
-    rows.zip(x).map(|(row, x)| x * row.iter().zip(y).map(|(m, y)| m * y).sum::<f64>()).sum()
+    let pattern = &data.plan.pattern;
+    let mut sum = 0.0;
+    for (k, row) in pattern.rows(&tree.dofs).iter().enumerate() {
+        for (m, entry) in data.qm_rows[row.entries()].iter().zip(pattern.entries(row)) {
+            let i = entry.column;
+            sum += m * if i == k { x[k] * y[k] } else { x[k] * y[i] + x[i] * y[k] };
+        }
+    }
+    sum
 }
 
 /// M_ii of dof i of a tree.
@@ -443,7 +452,7 @@ fn own_inertia(model: &Model, data: &Data, t: usize, i: usize) -> f64 {
             unit[i] = 1.0;
             product_of_tree(model, data, t, &unit, &unit)
         }
-        None => data.qm[data.m_adr[t] + i * (model.trees[t].dofs.len() + 1)],
+        None => data.qm_rows[data.plan.pattern.rows(&model.trees[t].dofs)[i].diagonal()],
     }
 }
 

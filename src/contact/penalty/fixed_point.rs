@@ -1,5 +1,6 @@
 //! The safe way to the forces: convex problems with given limits of friction, and limits that follow the normal forces.
 
+use super::super::Task;
 use super::super::cost::Kind;
 use super::super::island::Island;
 use super::super::newton::{self, Constraint};
@@ -11,7 +12,7 @@ use crate::data::Outcome;
 /// they do.
 ///
 /// In: `tries`, how many steps of [`semismooth`] are tried each time the pieces have settled; 0: the limits alone follow.
-pub fn solve(island: &mut Island, rounds: usize, tries: usize) -> Outcome {
+pub fn solve(task: &Task, island: &mut Island, rounds: usize, tries: usize) -> Outcome {
     let mut outcome = Outcome { iterations: 0, residual: residual(island) };
     island.w.copy_from_slice(&island.p);
     limit(&mut island.constraints, false);
@@ -19,14 +20,14 @@ pub fn solve(island: &mut Island, rounds: usize, tries: usize) -> Outcome {
     let mut follows = false;
     while outcome.iterations < rounds {
         outcome.iterations += 1;
-        let Some(settled) = newton::iterate(island) else { break };
+        let Some(settled) = newton::iterate(task, island) else { break };
         if settled {
             outcome.residual = residual(island);
             if outcome.residual <= TOLERANCE {
                 return outcome;
             }
             // The pieces may be right now.
-            let next = semismooth::solve(island, outcome.residual, tries.min(rounds - outcome.iterations));
+            let next = semismooth::solve(task, island, outcome.residual, tries.min(rounds - outcome.iterations));
             outcome = Outcome { iterations: outcome.iterations + next.iterations, ..next };
             if outcome.residual <= TOLERANCE {
                 return outcome;

@@ -9,6 +9,8 @@
 //!
 //! f⁺ is f if and only if f = −∂s/∂x under the limit μ n, and the difference is well conditioned however stiff they are.
 
+use std::ops::Range;
+
 use super::super::cost::{Cone, Kind};
 use super::super::curvature::Curvature;
 use super::super::island::Island;
@@ -111,71 +113,167 @@ fn wish(cone: &Cone, x: &[f64], force: &[f64; 6], inverse: &[f64; 4]) -> [f64; 6
     change
 }
 
-/// The equations f⁺ = f of a constraint, linearised at its force and its x (in `y`):
+/// On which piece of the equations f⁺ = f a constraint is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Piece {
+    /// A normal pushes.
+    pub pushes: bool,
+    /// Where it does not: how far it is from that, x, m/s².
+    pub slack: f64,
+    /// For each group of friction, and in the first place for dry friction: how it slips, if it does.
+    pub slips: [Option<Slip>; 3],
+}
+
+/// A friction at its limit.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Slip {
+    /// Direction of the friction, in forces over the rows' coefficients, in which the limit is a circle.
+    pub u: [f64; 2],
+    /// How much more it slips than the limit's force would let it when it sticks: |σ| − R n, not negative.
+    pub slack: f64,
+}
+
+impl Piece {
+    /// The piece that the forces are on: those of the last step, where the bodies have moved on since. A normal without a force,
+    /// and its friction, are where f⁺ is.
+    pub fn of_forces(c: &Constraint) -> Piece {
+        let Constraint { cone, y: x, force, .. } = c;
+        let mut piece = Piece::of_wish(c);
+        if cone.kind == Kind::TwoSided {
+            return piece;
+        }
+        if cone.kind == Kind::Dry {
+            let loss = cone.mu[0];
+            let u = [force[0].signum(), 0.0];
+            let slack = -u[0] * x[0] - loss / cone.d[0];
+            piece.slips[0] = (force[0].abs() >= NEAR * loss).then_some(Slip { u, slack: slack.max(0.0) });
+            return piece;
+        }
+        if force[0] <= 0.0 {
+            return piece;
+        }
+        piece.pushes = true;
+        for (slip, group) in piece.slips.iter_mut().zip(cone.groups()) {
+            let (s, stiff) = (scaled(force, cone, &group), cone.d[group.start]);
+            let length = norm(s);
+            *slip = (stiff != 0.0 && length >= NEAR * force[0]).then(|| {
+                let u = s.map(|s| s / length);
+                let sigma = slips(x, cone, &group);
+                let along = u[0] * sigma[0] + u[1] * sigma[1];
+                Slip { u, slack: (-along - force[0] / stiff).max(0.0) }
+            });
+        }
+        piece
+    }
+
+    /// The piece that f⁺ is on.
+    pub fn of_wish(c: &Constraint) -> Piece {
+        let Constraint { cone, y: x, force, inverse, .. } = c;
+        let mut piece = Piece::default();
+        if cone.kind == Kind::TwoSided {
+            return piece;
+        }
+        let normal = force[0] - (x[0] + force[0] / cone.d[0]) / inverse[0];
+        if cone.kind == Kind::Dry {
+            let loss = cone.mu[0];
+            let slip = Slip { u: [normal.signum(), 0.0], slack: inverse[0] * (normal.abs() - loss) };
+            piece.slips[0] = (normal.abs() >= loss).then_some(slip);
+            return piece;
+        }
+        piece.pushes = normal > 0.0;
+        piece.slack = x[0].max(0.0);
+        if !piece.pushes {
+            return piece;
+        }
+        for ((slip, group), inverse) in piece.slips.iter_mut().zip(cone.groups()).zip(&inverse[1..]) {
+            let (stiff, mu) = (cone.d[group.start], cone.mu[group.start]);
+            if stiff == 0.0 {
+                continue;
+            }
+            let inverse = inverse * mu * mu;
+            let (s, sigma) = (scaled(force, cone, &group), slips(x, cone, &group));
+            let z: [f64; 2] = std::array::from_fn(|i| s[i] - (sigma[i] + s[i] / stiff) / inverse);
+            let length = norm(z);
+            *slip = (length > normal).then(|| Slip { u: z.map(|z| z / length), slack: inverse * (length - normal) });
+        }
+        piece
+    }
+}
+
+/// Part of the limit from which a force counts as being there.
+const NEAR: f64 = 1.0 - 1e-9;
+
+/// Forces of a group of friction over the rows' coefficients.
+pub fn scaled(force: &[f64; 6], cone: &Cone, group: &Range<usize>) -> [f64; 2] {
+    let mut s = [0.0; 2];
+    s.iter_mut().zip(group.clone()).for_each(|(s, k)| *s = force[k] / cone.mu[k]);
+    s
+}
+
+/// Slips of a group of friction, times the rows' coefficients.
+pub fn slips(x: &[f64], cone: &Cone, group: &Range<usize>) -> [f64; 2] {
+    let mut s = [0.0; 2];
+    s.iter_mut().zip(group.clone()).for_each(|(s, k)| *s = cone.mu[k] * x[k]);
+    s
+}
+
+/// Its length.
+pub fn norm(s: [f64; 2]) -> f64 {
+    (s[0] * s[0] + s[1] * s[1]).sqrt()
+}
+
+/// The equations f⁺ = f of a constraint on its piece, linearised at its force and its x (in `y`):
 ///
 ///     f becomes f + e − C δx
 ///
-/// On the pieces of [`residual`], n' the new normal force, s = f/μ and σ = μ x friction and slip in which the limit is a
-/// circle, z the argument of its projection and u = z/|z|:
+/// n' the new normal force, s = f/μ and σ = μ x friction and slip in which the limit is a circle:
 ///
 ///     normal pushes:    n' = −D (x + δx)                or else 0
-///     friction sticks:  s' = −D (σ + δσ)                if |z| is less than n at the limit, or else
-///     friction slips:   s' = n' u + s'_⊥,    s'_⊥ (1 − κ (1 − ρ)) = −κ (s_⊥ … + δσ_⊥/λ),    κ = n/|z|,  ρ = R/λ
+///     friction sticks:  s' = −D (σ + δσ)
+///     friction slips:   s' = n' u + s'_⊥,    s'_⊥ = −n/|σ| (σ + δσ)_⊥,    |σ| = R n + slack
 ///
 /// C is not symmetric where friction slips: it feels the normal force, which does not feel it.
 pub fn linearise(c: &Constraint) -> (Curvature, [f64; 6]) {
-    let Constraint { cone, y: x, force, inverse, .. } = c;
+    let Constraint { cone, y: x, force, piece, .. } = c;
     let d = cone.d[0];
     if cone.kind == Kind::TwoSided {
         let e = std::array::from_fn(|k| if k < cone.dim { -(cone.d[k] * x[k] + force[k]) } else { 0.0 });
         return (Curvature::Diagonal(cone.d), e);
     }
-    let normal = force[0] - (x[0] + force[0] / d) / inverse[0];
     let (mut e, mut full) = ([0.0; 6], [[0.0; 6]; 6]);
     if cone.kind == Kind::Dry {
-        let loss = cone.mu[0];
-        if normal.abs() < loss {
-            (e[0], full[0][0]) = (-d * (x[0] + force[0] / d), d);
-        } else {
-            e[0] = loss.copysign(normal) - force[0];
+        match piece.slips[0] {
+            None => (e[0], full[0][0]) = (-d * (x[0] + force[0] / d), d),
+            Some(slip) => e[0] = cone.mu[0] * slip.u[0] - force[0],
         }
         return (Curvature::Full(full), e);
     }
-    if normal <= 0.0 {
+    if !piece.pushes {
         (0..cone.dim).for_each(|k| e[k] = -force[k]);
         return (Curvature::Zero, e);
     }
     (e[0], full[0][0]) = (-d * (x[0] + force[0] / d), d);
     let next = force[0] + e[0];
-    for (group, inverse) in cone.groups().zip(&inverse[1..]) {
-        let (stiff, mu) = (cone.d[group.start], cone.mu[group.start]);
+    for (slip, group) in piece.slips.iter().zip(cone.groups()) {
+        let stiff = cone.d[group.start];
         if stiff == 0.0 {
             continue;
         }
-        let inverse = inverse * mu * mu;
-        let (mut square, mut along) = (0.0, 0.0);
-        let (mut s, mut z) = ([0.0; 2], [0.0; 2]);
-        for (i, k) in group.clone().enumerate() {
-            s[i] = force[k] / cone.mu[k];
-            z[i] = s[i] - (cone.mu[k] * x[k] + s[i] / stiff) / inverse;
-            square += z[i] * z[i];
-            along += z[i] * s[i];
-        }
-        if square <= normal * normal {
-            for (s, k) in s.iter().zip(group) {
+        let Some(Slip { u, slack }) = slip else {
+            for k in group {
                 let mu = cone.mu[k];
-                e[k] = -stiff * mu * (mu * x[k] + s / stiff);
+                e[k] = -stiff * mu * mu * x[k] - force[k];
                 full[k][k] = stiff * mu * mu;
             }
             continue;
-        }
-        let length = square.sqrt();
-        let (u, along, kappa) = (z.map(|z| z / length), along / length, normal / length);
-        let rest = 1.0 - kappa * (1.0 - 1.0 / (stiff * inverse));
-        let turn = if group.len() == 1 { 0.0 } else { kappa / (inverse * rest) };
+        };
+        let (s, sigma) = (scaled(force, cone, &group), slips(x, cone, &group));
+        let along = u[0] * sigma[0] + u[1] * sigma[1];
+        let n = force[0].max(0.0);
+        let turn = if group.len() == 1 || n == 0.0 { 0.0 } else { n / (slack + n / stiff) };
         for (i, k) in group.clone().enumerate() {
             let mu = cone.mu[k];
-            e[k] = mu * (next * u[i] - along * u[i] - (s[i] - along * u[i]) / rest);
+            e[k] = mu * (next * u[i] - turn * (sigma[i] - along * u[i]) - s[i]);
             full[k][0] = mu * u[i] * d;
             for (j, l) in group.clone().enumerate() {
                 let own = if i == j { 1.0 } else { 0.0 };

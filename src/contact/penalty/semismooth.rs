@@ -1,28 +1,32 @@
 //! Newton's method on the law's own equations.
 //!
 //! The equations are smooth but for the kinks between their pieces: whether a contact pushes, whether it sticks or slips.
-//! Within the pieces the method converges quadratically; started on the last step's forces it mostly needs no linear
-//! system, or one. It has nothing that would make it converge from afar: then [`super::fixed_point`] takes over.
+//! Within the pieces the method converges quadratically. [`solve`] takes the pieces anew from where each step ends, which is
+//! quick and may cycle; [`follow`] goes from one piece to the next, which does not.
 //!
 //! Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution methods,
 //! Comput. Methods Appl. Mech. Engrg. 92 (1991), 353–375.
 
+use super::super::Task;
 use super::super::block_factor::Shape;
+use super::super::cost::Kind;
 use super::super::curvature::Curvature;
 use super::super::island::Island;
+use super::super::newton::Constraint;
 use super::TOLERANCE;
-use super::residual::{accelerate, linearise, misfit};
+use super::residual::{Piece, Slip, accelerate, linearise, misfit, norm, scaled, slips};
 use crate::data::Outcome;
 
 /// Takes at most `most` steps from the forces that the constraints have, as long as each leaves at most half of the least
 /// residual so far. Out: the forces, and in `p` what they do.
 ///
-/// In: `least` what the first step has to halve; infinite where forces of another step, with other contacts, begin.
-pub fn solve(island: &mut Island, mut least: f64, most: usize) -> Outcome {
+/// In: `least` what the first step has to halve.
+pub fn solve(task: &Task, island: &mut Island, mut least: f64, most: usize) -> Outcome {
     let mut outcome = Outcome { iterations: 0, residual: least };
     while outcome.iterations < most {
         outcome.iterations += 1;
-        step(island);
+        island.constraints.iter_mut().for_each(|c| c.piece = Piece::of_wish(c));
+        step(task, island);
         outcome.residual = misfit(island);
         if outcome.residual <= TOLERANCE || outcome.residual > 0.5 * least || outcome.residual == f64::INFINITY {
             break;
@@ -32,9 +36,203 @@ pub fn solve(island: &mut Island, mut least: f64, most: usize) -> Outcome {
     outcome
 }
 
+/// Follows the solution from the last step's forces to this step's, with at most `most` linear systems. Out: the forces, and
+/// in `p` what they do.
+///
+/// The last step's forces solve the equations under accelerations a₀ that differ a little from what they are now, on the
+/// pieces that these forces are on. While a₀ goes to what it is, in a straight line, the solution goes along a straight line
+/// until a constraint reaches the end of its piece: a normal no longer pushes, or does; a friction reaches its limit, or sticks
+/// again. From there it goes on along another. (Exactly so where friction slips in one direction only, as in a plane; where
+/// it turns, nearly.)
+///
+/// Source: the principle is Lemke's; R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem (1992), §4.4.
+pub fn follow(task: &Task, island: &mut Island, most: usize) -> Outcome {
+    let mut outcome = Outcome { iterations: 0, residual: f64::INFINITY };
+    island.constraints.iter_mut().for_each(|c| c.piece = Piece::of_forces(c));
+    while outcome.iterations < most {
+        outcome.iterations += 1;
+        island.constraints.iter_mut().for_each(|c| c.start = c.force);
+        let Island { w, p, .. } = island;
+        w.copy_from_slice(p);
+        step(task, island);
+        outcome.residual = misfit(island);
+        if outcome.residual <= TOLERANCE || outcome.residual == f64::INFINITY {
+            break;
+        }
+        let share = first_end(&island.constraints);
+        if share >= 1.0 {
+            break;
+        }
+        // Back to the end of the piece.
+        let Island { w, p, constraints, .. } = island;
+        p.iter_mut().zip(w).for_each(|(p, w)| *p = *w + share * (*p - *w));
+        for c in constraints.iter_mut() {
+            // Whatever ends there at once, in a scene with symmetries.
+            let mut crosses = [false; 4];
+            ends(c, |own, what| {
+                let place = match what {
+                    What::Normal => 0,
+                    What::Group(i) => 1 + i,
+                };
+                crosses[place] = own <= share + SAME;
+            });
+            advance(c, share);
+            c.crosses = crosses;
+        }
+        misfit(island);
+        for c in &mut island.constraints {
+            if c.crosses[0] {
+                cross(c, What::Normal);
+            } else {
+                let crosses = c.crosses;
+                (0..3).filter(|i| crosses[1 + i]).for_each(|i| cross(c, What::Group(i)));
+            }
+        }
+    }
+    outcome
+}
+
+/// Parts of a step that differ by rounding.
+const SAME: f64 = 1e-12;
+
+/// What ends a piece.
+#[derive(Clone, Copy)]
+enum What {
+    Normal,
+    Group(usize),
+}
+
+/// The part of the way from `start` to `force` on which the first piece ends; more than 1 if none does.
+fn first_end(constraints: &[Constraint]) -> f64 {
+    let mut first = f64::INFINITY;
+    constraints.iter().for_each(|c| ends(c, |share, _| first = first.min(share)));
+    first
+}
+
+/// Hands out where the piece of a constraint ends.
+fn ends(c: &Constraint, mut end: impl FnMut(f64, What)) {
+    // Where a quantity that may not be negative is zero.
+    let zero = |from: f64, to: f64| if to < 0.0 { from.max(0.0) / (from.max(0.0) - to) } else { f64::INFINITY };
+    let Constraint { cone, y: x, force, start, piece, .. } = c;
+    if cone.kind == Kind::TwoSided {
+        return;
+    }
+    let dry = cone.kind == Kind::Dry;
+    if !dry {
+        end(if piece.pushes { zero(start[0], force[0]) } else { zero(piece.slack, x[0]) }, What::Normal);
+        if !piece.pushes {
+            return;
+        }
+    }
+    let limits = if dry { [cone.mu[0]; 2] } else { [start[0], force[0]] };
+    for (i, slip) in piece.slips.iter().enumerate() {
+        let Some((from, to, stiff)) = friction(c, i) else { break };
+        let share = match slip {
+            Some(slip) => zero(slip.slack, next_slack(c, i, slip, stiff, limits[1])),
+            None => leaves(from, to, limits),
+        };
+        end(share, What::Group(i));
+    }
+}
+
+/// Friction of a group over its coefficients at the start and at the end, and D; dry friction is the first group of its
+/// constraint.
+fn friction(c: &Constraint, i: usize) -> Option<([f64; 2], [f64; 2], f64)> {
+    if c.cone.kind == Kind::Dry {
+        return (i == 0).then_some(([c.start[0], 0.0], [c.force[0], 0.0], c.cone.d[0]));
+    }
+    let group = c.cone.groups().nth(i)?;
+    Some((scaled(&c.start, &c.cone, &group), scaled(&c.force, &c.cone, &group), c.cone.d[group.start]))
+}
+
+/// How much more than its force lets it a friction slips, at the end of the step.
+fn next_slack(c: &Constraint, i: usize, slip: &Slip, stiff: f64, limit: f64) -> f64 {
+    let sigma = match c.cone.groups().nth(i) {
+        Some(group) => slips(&c.y, &c.cone, &group),
+        None => [c.y[0], 0.0],
+    };
+    -(slip.u[0] * sigma[0] + slip.u[1] * sigma[1]) - limit / stiff
+}
+
+/// The part of the way on which |s| reaches the limit, both straight; more than 1 if it does not.
+fn leaves(from: [f64; 2], to: [f64; 2], limits: [f64; 2]) -> f64 {
+    let (change, growth) = ([to[0] - from[0], to[1] - from[1]], limits[1] - limits[0]);
+    // |s + α δs|² = (n + α δn)²
+    let a = change[0] * change[0] + change[1] * change[1] - growth * growth;
+    let b = from[0] * change[0] + from[1] * change[1] - limits[0] * growth;
+    let c = from[0] * from[0] + from[1] * from[1] - limits[0] * limits[0];
+    if c >= 0.0 {
+        return if b > 0.0 {
+            0.0
+        } else if a > 0.0 {
+            -2.0 * b / a
+        } else {
+            f64::INFINITY
+        };
+    }
+    // c < 0: the zero that is not negative, without cancellation.
+    let root = b * b - a * c;
+    if root < 0.0 {
+        return f64::INFINITY;
+    }
+    let share = if b >= 0.0 { -c / (b + root.sqrt()) } else { (root.sqrt() - b) / a };
+    if share >= 0.0 { share } else { f64::INFINITY }
+}
+
+/// Goes back to a part of the step.
+fn advance(c: &mut Constraint, share: f64) {
+    let limit = if c.cone.kind == Kind::Dry { c.cone.mu[0] } else { c.force[0] };
+    for i in 0..c.piece.slips.len() {
+        let (Some(slip), Some((_, _, stiff))) = (c.piece.slips[i], friction(c, i)) else { continue };
+        let next = next_slack(c, i, &slip, stiff, limit);
+        c.piece.slips[i] = Some(Slip { slack: (slip.slack + share * (next - slip.slack)).max(0.0), ..slip });
+    }
+    c.piece.slack = (c.piece.slack + share * (c.y[0] - c.piece.slack)).max(0.0);
+    for k in 0..c.cone.dim {
+        c.force[k] = c.start[k] + share * (c.force[k] - c.start[k]);
+    }
+}
+
+/// On the next piece.
+fn cross(c: &mut Constraint, what: What) {
+    match what {
+        What::Normal => {
+            let pushes = !c.piece.pushes;
+            c.piece = Piece { pushes, ..Piece::default() };
+            c.force = [0.0; 6];
+            if pushes {
+                // A friction whose limit is still nothing.
+                for i in 0..c.cone.groups().count() {
+                    c.piece.slips[i] = touching(c, i);
+                }
+            }
+        }
+        What::Group(i) => {
+            let s = match c.cone.groups().nth(i) {
+                Some(group) => scaled(&c.force, &c.cone, &group),
+                None => [c.force[0], 0.0],
+            };
+            let length = norm(s);
+            c.piece.slips[i] = match c.piece.slips[i] {
+                Some(_) => None,
+                None if length > 0.0 => Some(Slip { u: s.map(|s| s / length), slack: 0.0 }),
+                None => touching(c, i),
+            };
+        }
+    }
+}
+
+/// How a group without force slips.
+fn touching(c: &Constraint, i: usize) -> Option<Slip> {
+    let group = c.cone.groups().nth(i)?;
+    let sigma = slips(&c.y, &c.cone, &group);
+    let slack = norm(sigma);
+    (slack > 0.0 && c.cone.d[group.start] != 0.0).then(|| Slip { u: sigma.map(|s| -s / slack), slack })
+}
+
 /// One linear system: w' = w + δw = Wᵀ (f + δf), δf = e − C W δw. Reads w in `p`, and leaves it there;
 /// needs `gradient`.
-fn step(island: &mut Island) {
+fn step(task: &Task, island: &mut Island) {
     island.curvatures.clear();
     let mut shape = Shape::Symmetric;
     for c in &mut island.constraints {
@@ -49,8 +247,8 @@ fn step(island: &mut Island) {
     }
     island.gradient.copy_from_slice(&island.p);
     island.add_to_p(|c| &c.change);
-    island.factor(shape);
-    island.divide_p();
+    island.factor(task, shape);
+    island.divide_p(task);
     island.constraints.iter_mut().for_each(|c| (0..c.cone.dim).for_each(|k| c.force[k] += c.change[k]));
     for _ in 0..REFINEMENTS {
         let Island { gradient: w, p, .. } = island;
@@ -70,7 +268,7 @@ fn step(island: &mut Island) {
             return;
         }
         p.iter_mut().zip(w).for_each(|(p, w)| *p -= *w);
-        island.divide_p();
+        island.divide_p(task);
     }
     accelerate(island);
 }
