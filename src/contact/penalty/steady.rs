@@ -2,8 +2,8 @@
 //!
 //! Whether they still solve the equations is seen without rows and without a matrix ([`crate::contact::single_body`]); the
 //! residual is [`mod@super::residual`]'s. What it does not accept is solved the general way; a test compares the two. Worth it
-//! (`penny bench --against mujoco`, times MuJoCo's speed with it and without): a sphere that rolls 9.1 and 7.2, a box at rest
-//! 7.7 and 4.9, the tutorial's disk 8.3 and 5.2, a T at rest 7.9 and 4.4.
+//! (times MuJoCo's speed with it and without): a sphere that rolls 11.6 and 6.5, a box at rest 9.3 and 4.7, the tutorial's disk
+//! 10.3 and 5.9, a T at rest 9.5 and 4.2.
 //!
 //! The contacts' numbers lie side by side in arrays of L lanes, so that loops over them have a fixed length and fill vector
 //! registers. Lanes beyond the last contact look like it, without force, and do not count.
