@@ -325,8 +325,21 @@ pub struct Geom {
     pub margin: f64,
     /// Further distance at which a contact is listed without pushing, m.
     pub gap: f64,
+    /// How it feels a medium, if as an ellipsoid; otherwise the body does as a box.
+    pub fluid: Option<Fluid>,
     /// Colour and opacity, 0 to 1.
     pub rgba: [f32; 4],
+}
+
+/// How a geom feels a medium as an ellipsoid; see [`Options::medium`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fluid {
+    /// Coefficients of blunt, slender and angular drag, of Kutta and Magnus lift.
+    pub coef: [f64; 5],
+    /// Volume of the medium that it carries along each of its axes, m³.
+    pub virtual_mass: Vec3,
+    /// Its moments of inertia over the density of the medium, m⁵.
+    pub virtual_inertia: Vec3,
 }
 
 /// A place on a body.

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::{invweight, layout, masses, pairs, requirements, ties};
+use crate::dynamics::fluid;
 use crate::model::{Model, Parts, Path, Waypoint};
 
 /// Why a change of a model was not taken. The model is as it was.
@@ -61,6 +62,7 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
     if parts.geoms != before.geoms || parts.opt.contact_override != before.opt.contact_override {
         for geom in &mut parts.geoms {
             geom.rbound = layout::bounding_radius(geom.kind, &geom.size);
+            geom.fluid = geom.fluid.map(|f| fluid::virtual_inertia(f.coef, &fluid::semiaxes(geom)));
         }
         parts.mixes = pairs::remix(&parts.geoms, parts.opt.contact_override, &mut parts.pairs, &parts.mixes);
     }

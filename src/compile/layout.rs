@@ -2,6 +2,7 @@
 
 use super::frames::{self, EPS, NoDirection};
 use super::{Log, Names};
+use crate::dynamics::fluid;
 use crate::math::{Quat, Vec3};
 use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
 use crate::model::{Body, Camera, Dof, Geom, GeomKind, Joint, JointKind, Site, Tree};
@@ -286,7 +287,7 @@ fn add_geom<'a>(world: &mut World<'a>, geom: &'a spec::Geom, body: usize, compil
         log.error(geom.node, ProblemKind::PlaneMoves { body: label("body", &world.bodies[body].name, body) }, help);
     }
     let (pos, quat, size) = place(geom, compiler, log);
-    world.geoms.push(Geom {
+    let mut made = Geom {
         name: geom.name.clone().unwrap_or_default(),
         kind: geom.kind,
         body,
@@ -305,8 +306,11 @@ fn add_geom<'a>(world: &mut World<'a>, geom: &'a spec::Geom, body: usize, compil
         solimp: geom.solimp,
         margin: geom.margin,
         gap: geom.gap,
+        fluid: None,
         rgba: geom.rgba,
-    });
+    };
+    made.fluid = geom.fluid.map(|coef| fluid::virtual_inertia(coef, &fluid::semiaxes(&made)));
+    world.geoms.push(made);
     world.geom_specs.push(geom);
 }
 

@@ -218,12 +218,15 @@ fn options(spec: &Spec) -> Options {
 
 /// `implicit` is the same as `implicitfast` for free bodies and single joints only.
 fn check_integrator(model: &Model, spec: &Spec, log: &mut Log) {
-    if let (true, "implicit" | "implicitfast", Some(node)) =
-        (model.opt.medium(), spec.option.integrator.as_str(), spec.option.node)
-    {
+    if let (true, "implicit", Some(node)) = (model.opt.medium(), spec.option.integrator.as_str(), spec.option.node) {
         let lost = "the forces of the medium would not be implicit".into();
         let kind = ProblemKind::Unsupported { name: spec.option.integrator.clone(), lost };
-        log.value_error(node, "integrator", kind, "write `Euler` or `RK4`, or leave `density` and `viscosity` out");
+        log.value_error(
+            node,
+            "integrator",
+            kind,
+            "write `implicitfast`, `Euler` or `RK4`, or leave `density` and `viscosity` out",
+        );
     }
     let name = &spec.option.integrator;
     if let (false, Some(node)) = (integrate::implicitfast::supports(model, name), spec.option.node) {

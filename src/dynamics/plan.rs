@@ -119,7 +119,8 @@ impl Plan {
             (1..model.bodies.len()).filter(|&b| weightless && model.bodies[b].gravcomp != 0.0).collect();
         let dragged = |b: &usize| model.bodies[*b].tree.is_some() && model.bodies[*b].mass >= MIN_VAL;
         let in_medium = model.opt.medium() && (flags.spring || flags.damper);
-        let fluid = (1..model.bodies.len()).filter(|b| in_medium && dragged(b)).collect();
+        let fluid: Vec<usize> = (1..model.bodies.len()).filter(|b| in_medium && dragged(b)).collect();
+        fluid.iter().filter_map(|b| model.bodies[*b].tree).for_each(|tree| implicit[tree] = true);
         let (mut tendon_numbers, mut equality_numbers) = (0, 0);
         let tendons: Vec<Vec<Block>> = model
             .tendons

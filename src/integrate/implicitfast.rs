@@ -4,7 +4,7 @@ use super::{Integrator, add_scaled, displace, semi_implicit_euler};
 use crate::data::Data;
 use crate::dynamics::factor::Row;
 use crate::dynamics::plan::Plan;
-use crate::dynamics::{actuation, tendon};
+use crate::dynamics::{actuation, fluid, tendon};
 use crate::forward::{Method, begin};
 use crate::math::{Mat3, Mat6, Vec3, Vec6, cross, vec3};
 use crate::model::{FreeBody, JointKind, Model, Tree};
@@ -36,8 +36,7 @@ pub fn supports(model: &Model, keyword: &str) -> bool {
 ///
 ///     M̂ dv = h M qacc,   M̂ = M + h D,   D = −∂(forces)/∂v,   v ← v + dv,   q ← q ⊕ h v
 ///
-/// D holds joint dampers and actuators, and for a body on a free joint the derivative of its bias force; forces of a medium
-/// stay explicit, so that a file which asks for both is refused.
+/// D holds dampers, actuators and the drag of a medium, and for a body on a free joint the derivative of its bias force.
 /// Source: MuJoCo 4.0 manual, Computation › Numerical integration › Integrators, Gyroscopic derivatives.
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
@@ -47,7 +46,7 @@ fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
         match &tree.free {
             Some(free) => gyroscopic(tree, free, &state.qvel, h, data),
             None if lone_free(model, tree) => free_joint(model, t, &state.qvel, h, data),
-            None if data.plan.implicit[t] => articulated(model, t, h, data),
+            None if data.plan.implicit[t] => articulated(model, t, &state.qvel, h, data),
             None => {}
         }
     }
@@ -101,9 +100,9 @@ fn lone_free(model: &Model, tree: &Tree) -> bool {
 }
 
 /// Implicit acceleration of a tree, by its inertia matrix.
-fn articulated(model: &Model, t: usize, h: f64, data: &mut Data) {
+fn articulated(model: &Model, t: usize, qvel: &[f64], h: f64, data: &mut Data) {
     let dofs = &model.trees[t].dofs;
-    implicit_matrix(model, t, h, data);
+    implicit_matrix(model, t, qvel, h, data);
     let Data { plan, stages, qfrc_smooth, qfrc_constraint, .. } = data;
     let acc = &mut stages.acc[dofs.clone()];
     for (i, d) in dofs.clone().enumerate() {
@@ -118,7 +117,7 @@ fn articulated(model: &Model, t: usize, h: f64, data: &mut Data) {
 ///     D = Σ damping_j e_j e_jᵀ + Σ damping J_tendonᵀ J_tendon − Σ (∂force/∂velocity) gear gearᵀ
 ///
 /// Writes: qh of the stages.
-fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
+fn implicit_matrix(model: &Model, t: usize, qvel: &[f64], h: f64, data: &mut Data) {
     let dofs = &model.trees[t].dofs;
     let mut qh = std::mem::take(&mut data.stages.qh);
     let Data { qm_rows, plan, moments, .. } = &*data;
@@ -126,6 +125,15 @@ fn implicit_matrix(model: &Model, t: usize, h: f64, data: &mut Data) {
     qh[block.clone()].copy_from_slice(&qm_rows[block]);
     for &d in plan.dampers.iter().filter(|d| dofs.contains(d)) {
         qh[rows[d - dofs.start].diagonal()] += h * model.dofs[d].damping;
+    }
+    if !plan.fluid.is_empty() && !lone_free(model, &model.trees[t]) {
+        fluid::slopes(model, t, qvel, data, true, |d, e, slope| {
+            let row = &rows[d - dofs.start];
+            let at = plan.pattern.entries(row).iter().position(|entry| entry.column == e - dofs.start);
+            if let Some(at) = at.filter(|_| e == d || !plan.simple[t]) {
+                qh[row.entries()][at] -= h * slope;
+            }
+        });
     }
     let tendons = if model.opt.flags.damper { &plan.pulling_tendons[..] } else { &[] };
     for &i in tendons {
@@ -179,7 +187,7 @@ fn add_outer(plan: &Plan, t: usize, rows: &[Row], factor: f64, moment: &[f64], q
 fn free_joint(model: &Model, t: usize, qvel: &[f64], h: f64, data: &mut Data) {
     let tree = &model.trees[t];
     let (first, root) = (tree.dofs.start, tree.bodies.start);
-    implicit_matrix(model, t, h, data);
+    implicit_matrix(model, t, qvel, h, data);
     let w = vec3(&qvel[first + 3..first + 6]);
     let rot = data.xmat[root];
     let whole = data.crb[root];
@@ -198,6 +206,7 @@ fn free_joint(model: &Model, t: usize, qvel: &[f64], h: f64, data: &mut Data) {
             matrix[(3 + i, 3 + j)] += h * angular[(i, j)];
         }
     }
+    fluid::slopes(model, t, qvel, data, false, |d, e, slope| matrix[(d - first, e - first)] -= h * slope);
     let force = Vec6::from_fn(|i, _| data.qfrc_smooth[first + i] + data.qfrc_constraint[first + i]);
     if let Some(acc) = matrix.lu().solve(&force) {
         data.stages.acc[first..first + 6].copy_from_slice(acc.as_slice());

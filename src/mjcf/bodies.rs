@@ -236,12 +236,6 @@ impl Reader<'_> {
     fn geom(&mut self, node: NodeId, body: NodeId, context: &Context) -> Option<Geom> {
         let item = self.item(node, "body", context.class)?;
         let kind = self.geom_kind(&item, body, context)?;
-        if self.medium && item.word("fluidshape") == "ellipsoid" {
-            let lost = "this geom would not feel the medium as an ellipsoid".to_string();
-            let kind = ProblemKind::Unsupported { name: "ellipsoid".into(), lost };
-            let span = self.document.value_span(node, "fluidshape");
-            self.problems.push(Problem::new(kind, span).help("leave it out: then the body's inertia box does"));
-        }
         if item.given("fromto") {
             self.fromto(&item);
         }
@@ -267,6 +261,7 @@ impl Reader<'_> {
             solimp: item.array("solimp"),
             margin: item.number("margin"),
             gap: item.number("gap"),
+            fluid: (item.word("fluidshape") == "ellipsoid").then(|| item.array("fluidcoef")),
             rgba: item.array::<4>("rgba").map(|c| c as f32),
         })
     }

@@ -28,7 +28,6 @@ pub fn read(document: &Document, root: NodeId, names: &Names, problems: &mut Vec
     reader.classes = Classes::read(document, &sections("default"), compiler.degree, reader.problems);
     let options = sections("option");
     let option = reader.option(&options);
-    reader.medium = option.density > 0.0 || option.viscosity > 0.0;
     let mut spec = Spec {
         model_name: document.attribute(root, "model").map_or(String::new(), |a| a.value.clone()),
         compiler,
@@ -95,8 +94,6 @@ pub struct Reader<'a> {
     /// `<compiler inertiafromgeom>`
     pub inertiafromgeom: Option<bool>,
     classes: Classes,
-    /// Whether there is a medium.
-    pub medium: bool,
     /// `<size>`: how many `user` numbers an element may have, and the attribute that says so, by element.
     users: BTreeMap<&'static str, (&'static str, usize)>,
 }
@@ -104,7 +101,7 @@ pub struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn new(document: &'a Document, names: &'a Names<'a>, problems: &'a mut Vec<Problem>) -> Reader<'a> {
         let (classes, users) = Default::default();
-        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, medium: false, users }
+        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, users }
     }
 }
 

@@ -171,6 +171,8 @@ pub struct Geom {
     pub solimp: [f64; 5],
     pub margin: f64,
     pub gap: f64,
+    /// `fluidcoef` of a geom that feels the medium as an ellipsoid.
+    pub fluid: Option<[f64; 5]>,
     pub rgba: [f32; 4],
 }
 

@@ -327,15 +327,15 @@ pub const SCHEMA: &[Element] = &[
                 reference("hfield", "height field").in_default(),
                 numbers("surfacevel", 6, "0 0 0 0 0 0", "m/s, rad/s")
                     .unsupported("the surface would not move", "move the body instead"),
-                // Of interest only in a medium: judged there.
-                keyword("fluidshape", &["none", "ellipsoid"], "none").without_effect(),
+                keyword("fluidshape", &["none", "ellipsoid"], "none"),
+                up_to("fluidcoef", 5, "0.5 0.25 1.5 1 1", "1").not_negative(),
                 number("adhesion", "0", "N").unsupported("contacts would not stick", "leave it out"),
                 user(),
             ],
         ],
     )
-    // fluidcoef belongs to ellipsoids in a medium, fitscale to meshes.
-    .and("castshadow fitscale fluidcoef"),
+    // fitscale belongs to meshes.
+    .and("castshadow fitscale"),
     element(
         "site",
         WITH_DEFAULT,

@@ -8,7 +8,7 @@ use penny::data::Data;
 use penny::forward::{Method, ROUNDS, forward, step};
 use penny::integrate::{self, Integrator};
 use penny::math::{Vec3, wxyz};
-use penny::model::{Anchor, EqualityKind, Model};
+use penny::model::{Anchor, EqualityKind, Geom, Model};
 use penny::sensors;
 use penny::state::State;
 use serde::Deserialize;
@@ -114,10 +114,24 @@ fn compiled(model: &Model, what: &str) -> Vec<f64> {
         "tendon_lengthspring" => model.tendons.iter().flat_map(|t| t.lengthspring).collect(),
         "tendon_invweight0" => model.tendons.iter().map(|t| t.invweight0).collect(),
         "eq_data" => model.equalities.iter().flat_map(|e| eq_data(&e.kind)).collect(),
+        "geom_fluid" => model.geoms.iter().flat_map(geom_fluid).collect(),
         "jnt_stiffness" => model.joints.iter().map(|j| j.stiffness).collect(),
         "dof_damping" => model.dofs.iter().map(|d| d.damping).collect(),
         "dof_invweight0" => model.dofs.iter().map(|d| d.invweight0).collect(),
         _ => panic!("{what}"),
+    }
+}
+
+/// How a geom feels a medium, as MuJoCo has it.
+fn geom_fluid(geom: &Geom) -> Vec<f64> {
+    match geom.fluid {
+        None => vec![0.0; 12],
+        Some(fluid) => [1.0]
+            .into_iter()
+            .chain(fluid.coef)
+            .chain(fluid.virtual_mass.iter().copied())
+            .chain(fluid.virtual_inertia.iter().copied())
+            .collect(),
     }
 }
 

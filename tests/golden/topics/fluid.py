@@ -24,10 +24,10 @@ def generate():
             out.append(scene(name, xml, rng, ["qfrc_passive", "qacc"], seconds=0.5 if bodies == PLANAR else 0, spread=0.5))
     flag = '<flag spring="disable" damper="disable"/>'
     out.append(scene("no passive forces", wrap(BODIES, option=MEDIA["water"], flag=flag), rng, ["qacc"], samples=1))
-    # Penny has these forces explicit under implicitfast.
-    for made in out:
-        for part in made["samples"] + made["rollouts"]:
-            for runs in (part.get("steps"), part.get("runs")):
-                if runs:
-                    del runs["implicitfast"]
+    ellipsoids = BODIES.replace("<geom ", '<geom fluidshape="ellipsoid" ', 3).replace('type="ellipsoid"', 'type="ellipsoid" fluidshape="ellipsoid" fluidcoef="1 0.4 0.8 2 0.5"')
+    for name, medium in MEDIA.items():
+        xml = wrap(ellipsoids, option=f'timestep="0.002" {medium}')
+        out.append(scene(f"ellipsoids in {name}", xml, rng, ["qfrc_passive", "qacc"], ["geom_fluid"], spread=0.5))
+    swimmer = wrap(PLANAR.replace("<geom ", '<geom fluidshape="ellipsoid" '), option=f'timestep="0.002" {MEDIA["water"]}')
+    out.append(scene("ellipsoids, run", swimmer, rng, ["qacc"], seconds=0.3, samples=1, spread=0.5))
     return out
