@@ -10,6 +10,7 @@ use super::limits::Limits;
 use super::lints;
 use super::nearest::nearest;
 use super::parse::raise;
+use super::removed;
 use super::schema::{self, Element, Kind, Lint, Rule, Status};
 use super::suggestions;
 
@@ -164,6 +165,11 @@ impl<'a> Check<'a> {
         }
         let element = self.document.node(node).name.clone();
         let span = self.document.span(node);
+        if let Some(cure) = removed::element(parent, &element) {
+            let kind = ProblemKind::UnknownElement { parent: parent.to_string(), element };
+            self.problems.push(Problem::new(kind, span).help(cure));
+            return None;
+        }
         let near = self.nearest(&element, schema::children(parent));
         let homes = schema::homes(&element);
         let parent = parent.to_string();
@@ -188,12 +194,14 @@ impl<'a> Check<'a> {
         let Some(column) = row.attribute(&attribute.name) else {
             if !row.is_silent(&attribute.name) {
                 let (element, name) = (element.to_string(), attribute.name.clone());
+                let removed = removed::attribute(&element, &name);
                 let near = self.nearest(&name, row.attribute_names());
                 let of_joints = element == "freejoint"
                     && schema::find("body", "joint").is_some_and(|j| j.attribute(&name).is_some());
                 let kind = ProblemKind::UnknownAttribute { element, attribute: name };
                 let problem = Problem::new(kind, attribute.name_span).suggest(near);
                 self.problems.push(match near {
+                    _ if removed.is_some() => Problem { help: removed, ..problem },
                     None if of_joints => problem.help("`<joint type=\"free\" …>` has it"),
                     _ => problem,
                 });
@@ -389,6 +397,9 @@ impl<'a> Check<'a> {
         }
         let kind = ProblemKind::UnknownKeyword { attribute: attribute.name.clone(), value: attribute.value.clone() };
         let problem = Problem::new(kind, attribute.value_span);
+        if let Some(cure) = removed::value(&attribute.name, &attribute.value) {
+            return self.problems.push(problem.help(cure));
+        }
         let near = self.nearest(&attribute.value, words.iter().copied());
         self.problems.push(match near {
             Some(near) => problem.suggest(Some(near)),

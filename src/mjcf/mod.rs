@@ -19,6 +19,7 @@ mod nearest;
 mod parse;
 mod printable;
 mod read;
+mod removed;
 mod render;
 mod replicate;
 pub mod schema;

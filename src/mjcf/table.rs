@@ -607,12 +607,7 @@ pub const SCHEMA: &[Element] = &[
             &[reference("tendon1", "tendon").required(), reference("tendon2", "tendon"), POLYCOEF],
         ],
     ),
-    unsupported(
-        "flex flexvert flexstrain flexplane",
-        "equality",
-        "Penny has no deformable bodies that it could hold",
-        "use rigid bodies",
-    ),
+    unsupported("flex flexstrain", "equality", "Penny has no deformable bodies that it could hold", "use rigid bodies"),
     // Tendons.
     element("tendon", "mujoco", &[]),
     element("fixed", "tendon", &[&[name("tendon"), class("class")], TENDON]).and("group"),

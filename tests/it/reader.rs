@@ -417,7 +417,10 @@ fn scene_with(element: &str, attribute: &str) -> String {
         joint = tag("joint", "name='joint'"),
         freejoint = tag("freejoint", ""),
         inertial = only("inertial", "pos='0 0 0' mass='1'"),
-        geom = tag("geom", "name='geom' size='1'"),
+        geom = match attribute.split('=').next() {
+            Some("fluidcoef") => format!("<geom name='geom' size='1' fluidshape='ellipsoid' {attribute}/>"),
+            _ => tag("geom", "name='geom' size='1'"),
+        },
         site = tag("site", "name='site'"),
         camera = tag("camera", "name='camera'"),
         sensor = sensor(element, attribute),
