@@ -82,7 +82,7 @@ fn pictures(name: &str, path: &Path) {
 fn steps(name: &str, path: &Path) {
     println!("{name}: a second of simulation, at timestep 0.001");
     let mut stage = stage(path);
-    let each = time("1000 steps with ledger, history and referee", 10, 10, true, || {
+    let each = time("1000 steps with energy balance, history and referee", 10, 10, true, || {
         (0..1000).for_each(|_| assert!(stage.step()));
     });
     println!("  {:40} {:8.0} × real time", "", 1e3 / each);

@@ -1,7 +1,7 @@
 //! What MuJoCo's `mjData` lists and no step needs: to look at and to compare, not on the way of a step.
 //!
 //! Six-vectors are MuJoCo's: **angular part first**, world axes, about the centre of mass of the tree that the body
-//! belongs to ([`reference`]). All of it belongs to the state that `data` was computed for by
+//! belongs to ([`reference()`]). All of it belongs to the state that `data` was computed for by
 //! [`forward`](crate::forward::forward). Source: MuJoCo 4.0 manual, Computation › General framework; compared with
 //! MuJoCo 4.0.0 quantity by quantity in `python/tests/test_data.py`.
 

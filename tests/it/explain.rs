@@ -177,7 +177,7 @@ fn scene(name: &str) -> Model {
 
 /// Tilting between several contacts and impacts gain energy where one contact alone would bear any step.
 #[test]
-fn a_rehearsal_finds_what_one_contact_alone_does_not_show() {
+fn a_trial_run_finds_what_one_contact_alone_does_not_show() {
     for (name, law, h) in [("disk", "tutorial", 0.004), ("stack", "tutorial", 0.006), ("tee", "penalty", 0.1)] {
         let model = scene(name);
         let largest = |timestep: f64| {

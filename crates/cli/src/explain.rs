@@ -303,7 +303,7 @@ pub fn unsolved(data: &Data, steps: usize) -> String {
     if data.unsolved > 0 {
         let n = data.unsolved;
         text += &format!(
-            "  in {n} of {steps} steps no end of the step fitted its forces: those of the nearest guess acted\n"
+            "  in {n} of {steps} steps Newton's method of the implicit step did not converge: the forces at its last guess acted\n"
         );
     }
     if data.unconverged > 0 {

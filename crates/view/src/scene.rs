@@ -1,14 +1,15 @@
 //! What a model looks like: geoms at poses, and arrows for what one cannot see. Only reads.
 
 use super::camera::Camera;
-use super::draw::{DrawList, Floor, Layer, Thing};
+use super::draw::{DrawList, Floor, Layer, Thing, axes_along};
 use super::energy_balance::contact_force;
 use super::mesh::Shape;
 use super::raster::{M3, V3};
 use super::session::{Poses, Session};
 use penny::data::Data;
+use penny::dynamics::tendon;
 use penny::math::{self, Mat3, Vec3};
-use penny::model::{Geom, GeomKind, JointKind, Model};
+use penny::model::{Geom, GeomKind, JointKind, Model, Path, Tendon};
 
 pub const NORMAL_FORCE: [f32; 4] = [0.16, 0.45, 0.86, 1.0];
 pub const FRICTION_FORCE: [f32; 4] = [0.93, 0.53, 0.10, 1.0];
@@ -29,6 +30,9 @@ const PALETTE: [[f32; 3]; 8] = [
     [0.80, 0.30, 0.34],
     [0.45, 0.45, 0.52],
 ];
+/// Radius (m, MuJoCo's) and colour of strings.
+const STRING: f32 = 3e-3;
+const STRING_COLOR: [f32; 4] = [0.35, 0.33, 0.32, 1.0];
 /// A geom thinner than this that never moves is paint on the floor, m.
 const PAINT: f64 = 5e-3;
 
@@ -61,7 +65,38 @@ pub fn draw(model: &Model, poses: &Poses, camera: Camera) -> DrawList {
             Some(shape) => list.things.push(thing(model, geom, shape, &pos, &mat)),
         }
     }
+    strings(&mut list, model, poses);
     list
+}
+
+/// Spatial tendons, from point to point; what goes round a geom is drawn through it.
+fn strings(list: &mut DrawList, model: &Model, poses: &Poses) {
+    let spatial = |t: &Tendon| matches!(t.path, Path::Spatial(_));
+    if !model.tendons.iter().any(spatial) {
+        return;
+    }
+    let xmat = poses.quat.iter().map(math::mat).collect();
+    let data = Data { xpos: poses.pos.clone(), xmat, ..Data::default() };
+    for tendon in &model.tendons {
+        let Path::Spatial(points) = &tendon.path else { continue };
+        tendon::each_segment(model, &data, points, |segment| {
+            let [from, to] = segment.points;
+            let length = (to - from).norm();
+            if length > 0.0 {
+                list.things.push(Thing {
+                    shape: Shape::Capsule,
+                    size: V3::new(STRING, 0.5 * length as f32, 0.0),
+                    pos: f32s(&(0.5 * (from + to))),
+                    mat: axes_along(f32s(&((to - from) / length))),
+                    color: STRING_COLOR,
+                    layer: Layer::Solid,
+                    checker: false,
+                    shadow: true,
+                    paint: false,
+                });
+            }
+        });
+    }
 }
 
 /// The same scene elsewhere, as a translucent ghost in one colour. Only what moves.
