@@ -20,12 +20,12 @@ use penny_lab::sweep::Case;
 use penny_lab::sweep::trajectory::{Pose, distance, poses};
 
 /// s
-const TIME: f64 = 1.0;
+const TIME: f64 = 0.8;
 const WANTED: [f64; 3] = [1e-2, 1e-4, 1e-6];
 /// m
 const TRUTHS: [f64; 2] = [1e-8, 1e-7];
 /// Real time of one search, s.
-const SEARCH: f64 = 10.0;
+const SEARCH: f64 = 6.0;
 /// Evaluations of the fixed methods that are tried.
 const MOST: usize = 400_000;
 

@@ -119,10 +119,12 @@ struct Prediction {
     stuck: bool,
 }
 
-/// The estimate may be wrong by this factor: of 360 runs compared with converged ones, 97 % are within it.
+/// The estimate may be wrong by this factor; docs/accuracy.md counts how often it is wrong by more.
 const MARGIN: f64 = 2.0;
 /// A finer knob is this much finer at least and at most: of timesteps, and of tolerances.
 const FINER: [[f64; 2]; 2] = [[1.5, 8.0], [4.0, 1000.0]];
+/// The order that is assumed where two runs are all there is: lower than any method's, so that the estimate is safe.
+const UNSEEN: f64 = 0.5;
 /// An order below this is none: the runs do not converge.
 const NONE: f64 = 0.25;
 /// A run of more evaluations is not tried.
@@ -208,7 +210,7 @@ impl Ladder {
             [.., first, _, _] => before.difference.map(|d| (d / difference).ln() / (first.knob / before.knob).ln()),
             _ => None,
         };
-        let order = shown.unwrap_or(1.0).clamp(NONE, nominal);
+        let order = shown.unwrap_or(UNSEEN).clamp(NONE, nominal);
         let error = difference / (ratio.powf(order) - 1.0);
         let wanted = (1.5 * MARGIN * error / tolerance).powf(1.0 / order);
         let knob = last.knob / wanted.clamp(least, most);
