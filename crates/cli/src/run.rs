@@ -227,7 +227,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // Controlled steps end between the rows: what they did is not in the balance.
         let balance = controlled.is_none().then_some(&balance);
         report.print(&summary::energy(&model, &first, &last, energy.kinetic(), balance));
-        report.print(&format!("  {}\n", pace(steps, method.timestep, elapsed)));
+        // Of controlled steps only the rows are counted here.
+        let unit = if controlled.is_some() { ["row", "rows"] } else { ["step", "steps"] };
+        report.print(&format!("  {}\n", pace(steps, unit, method.timestep, elapsed)));
         eprint!("{}", super::explain::unsolved(&data, steps));
     }
     if let Some(time) = overflow {
@@ -416,12 +418,12 @@ fn rounded_down(x: f64) -> f64 {
     (x / unit).floor() * unit
 }
 
-fn pace(steps: usize, timestep: f64, elapsed: Duration) -> String {
+fn pace(steps: usize, [one, many]: [&str; 2], timestep: f64, elapsed: Duration) -> String {
     let seconds = elapsed.as_secs_f64();
     let real = steps as f64 * timestep / seconds;
     format!(
-        "{} in {}: {} a step, {}× real time",
-        count(steps, "step", "steps"),
+        "{} in {}: {} a {one}, {}× real time",
+        count(steps, one, many),
         si(seconds, "s"),
         si(seconds / steps as f64, "s"),
         short(real)
