@@ -25,7 +25,6 @@ use crate::data::Data;
 use crate::dynamics;
 use crate::forward::{StepError, step};
 use crate::integrate::difference;
-use crate::math::vec3;
 use crate::method::{Integrator, Method};
 use crate::model::{Body, GeomKind, JointKind, Model};
 use crate::state::State;
@@ -85,6 +84,10 @@ pub enum Failed {
     TooManySteps(usize, f64),
     /// The integrator does not estimate its error.
     NoEstimate(&'static str),
+    /// The tolerance is not above zero, m.
+    Tolerance(f64),
+    /// A time that was asked for, and from when to when one can ask, s.
+    Outside(f64, [f64; 2]),
 }
 
 impl fmt::Display for Failed {
@@ -93,6 +96,8 @@ impl fmt::Display for Failed {
             Failed::Step(error) => error.fmt(f),
             Failed::TooManySteps(steps, time) => write!(f, "{steps} steps reach only {time} s"),
             Failed::NoEstimate(name) => write!(f, "{name} has no estimate of its error"),
+            Failed::Tolerance(x) => write!(f, "a tolerance of {x} m: it has to be above zero"),
+            Failed::Outside(time, [from, to]) => write!(f, "{time} s is not between {from} s and {to} s"),
         }
     }
 }
@@ -112,7 +117,7 @@ impl<'m> Controlled<'m> {
     ///
     /// `method.timestep` is the step that is tried first, s.
     ///
-    /// Errors: [`Failed::NoEstimate`]; [`Failed::Step`] where timestep or state are none of the model's.
+    /// Errors: [`Failed::NoEstimate`]; [`Failed::Tolerance`]; [`Failed::Step`] where timestep or state are none of the model's.
     pub fn new(
         model: &'m Model,
         method: &Method,
@@ -123,6 +128,9 @@ impl<'m> Controlled<'m> {
         let Integrator { name, estimate, .. } = method.integrator;
         let estimate = estimate.ok_or(Failed::NoEstimate(name))?;
         start.suits(model).map_err(|wrong| Failed::Step(StepError::State(wrong)))?;
+        if !(tolerance > 0.0) {
+            return Err(Failed::Tolerance(tolerance));
+        }
         let length = end - start.time;
         if !(method.timestep > 0.0 && length >= 0.0) {
             return Err(Failed::Step(StepError::Timestep(method.timestep.min(length))));
@@ -167,8 +175,14 @@ impl<'m> Controlled<'m> {
 
     /// The state at a time between the last one asked for and the end, s.
     ///
-    /// Errors: [`Failed::Step`]; [`Failed::TooManySteps`] where `most` steps in all do not reach it.
+    /// Errors: [`Failed::Outside`]; [`Failed::Step`]; [`Failed::TooManySteps`] where `most` steps in all do not reach it.
     pub fn at(&mut self, time: f64, most: usize) -> Result<State, Failed> {
+        // The end is a sum of steps: it may differ from what is asked for by rounding.
+        let end = self.end.max(self.state.time) * (1.0 + f64::EPSILON);
+        if !(self.before.time <= time && time <= end) {
+            return Err(Failed::Outside(time, [self.before.time, self.end]));
+        }
+        let time = time.min(self.end.max(self.state.time));
         while self.state.time < time {
             if self.effort.steps + self.effort.rejected >= most {
                 return Err(Failed::TooManySteps(most, self.state.time));
@@ -297,9 +311,9 @@ pub fn sizes(model: &Model, qpos: &[f64], data: &mut Data) -> Vec<f64> {
     sizes
 }
 
-/// From a body's frame to its farthest point, m; its gyration radius where it has no geoms.
-fn extent(model: &Model, body: &Body) -> f64 {
-    let geoms = model.geoms[body.geoms.clone()].iter().map(|g| vec3(g.pos.as_slice()).norm() + g.rbound);
+/// From a body's frame to its farthest point, m; its gyration radius where that is larger.
+pub fn extent(model: &Model, body: &Body) -> f64 {
+    let geoms = model.geoms[body.geoms.clone()].iter().map(|g| g.pos.norm() + g.rbound);
     let gyration = if body.mass > 0.0 { (body.inertia.max() / body.mass).sqrt() } else { 0.0 };
     geoms.fold(gyration, f64::max)
 }

@@ -150,12 +150,21 @@ fn what_nothing_can_give_is_refused_with_the_time_until_which_it_can_be_had() {
 #[test]
 fn a_run_that_cannot_be_is_told() {
     let sim = Sim::new(SPRING);
-    let fails = |integrator, tolerance, end| {
+    let fails = |integrator: &str, tolerance: f64, end: f64| {
         Controlled::new(&sim.model, &method("penalty", integrator, 1e-3), &sim.state, tolerance, end).err()
     };
     assert_eq!(fails("rk4", 1e-3, 1.0), Some(Failed::NoEstimate("rk4")));
     assert!(matches!(fails("cash-karp", 1e-3, -1.0), Some(Failed::Step(_))));
-    let mut run =
-        Controlled::new(&sim.model, &method("penalty", "cash-karp", 1e-3), &sim.state, 1e-12, 10.0).expect("a run");
+    for tolerance in [0.0, -1.0, f64::NAN] {
+        assert!(matches!(fails("cash-karp", tolerance, 1.0), Some(Failed::Tolerance(_))), "{tolerance}");
+    }
+    let method = method("penalty", "cash-karp", 1e-3);
+    let mut run = Controlled::new(&sim.model, &method, &sim.state, 1e-3, 1.0).expect("a run");
+    run.at(0.9, 1000).expect("a look");
+    for time in [-0.1, 0.0, 1.5, f64::NAN] {
+        assert!(matches!(run.at(time, 1000), Err(Failed::Outside(..))), "{time}");
+    }
+    run.at(1.0, 1000).expect("the end");
+    let mut run = Controlled::new(&sim.model, &method, &sim.state, 1e-12, 10.0).expect("a run");
     assert!(matches!(run.at(10.0, 5), Err(Failed::TooManySteps(5, _))));
 }

@@ -21,6 +21,7 @@ use super::format::{count, short, si};
 use super::interrupt::Interrupt;
 use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, OverrideArgs, StartArgs};
 use super::{Failure, Report};
+use penny::control::Failed;
 use penny::data::Data;
 use penny::draft::Draft;
 use penny::forward::{Method, StepError};
@@ -431,8 +432,8 @@ fn pace(steps: usize, [one, many]: [&str; 2], timestep: f64, elapsed: Duration) 
 }
 
 /// What went wrong, where and when, and what to do about it.
-fn report(model: &Model, method: &Method, data: &Data, error: &StepError) -> String {
-    let StepError::Diverged(diverged) = error else { return format!("error: {error}") };
+fn report(model: &Model, method: &Method, data: &Data, error: &Failed) -> String {
+    let Failed::Step(StepError::Diverged(diverged)) = error else { return format!("error: {error}") };
     let body = names::body(model, diverged.body);
     let mut text = format!(
         "error: the run diverged at {:.6} s: {}[{}] of {body} is {:.3e}\n",

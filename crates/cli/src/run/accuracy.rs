@@ -2,9 +2,9 @@
 
 use crate::Failure;
 use crate::format::{count, short, si};
-use penny::control::Controlled;
+use penny::control::{Controlled, Failed};
 use penny::data::Data;
-use penny::forward::{Method, StepError, step};
+use penny::forward::{Method, step};
 use penny::model::Model;
 use penny::state::State;
 use penny_lab::accuracy::horizon::{self, Growth};
@@ -14,7 +14,7 @@ use penny_lab::sweep::Case;
 
 /// Real time that the search may take, s.
 const SEARCH: f64 = 60.0;
-/// Steps of a controlled run: more than this many times those of its trial are none of it.
+/// A controlled run that takes more than this many times the steps of its trial is given up: it is another motion.
 const MORE: usize = 10;
 
 /// What was chosen.
@@ -161,15 +161,11 @@ impl<'m> Stepper<'m> {
         row: usize,
         state: &mut State,
         data: &mut Data,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), Failed> {
         match self {
-            Stepper::Fixed => step(model, method, state, data),
+            Stepper::Fixed => step(model, method, state, data).map_err(Failed::Step),
             Stepper::Controlled { run, start, most } => {
-                *state = run.at(*start + row as f64 * method.timestep, *most).map_err(|failed| match failed {
-                    penny::control::Failed::Step(error) => error,
-                    // The trial took a tenth of these steps.
-                    _ => StepError::Timestep(0.0),
-                })?;
+                *state = run.at(*start + row as f64 * method.timestep, *most)?;
                 Ok(())
             }
         }

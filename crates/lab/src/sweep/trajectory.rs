@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Case;
 use crate::explain::joints;
+use penny::control::extent;
 use penny::data::{Contact, Data};
 use penny::dynamics::{self, energy};
 use penny::forward::{Method, StepError, step};
@@ -140,15 +141,8 @@ pub fn distance(model: &Model, a: &[Vec<Pose>], b: &[Vec<Pose>]) -> Option<f64> 
     if a.len() != b.len() {
         return None;
     }
-    let radii: Vec<f64> = moving(model).map(|b| reach(model, b)).collect();
+    let radii: Vec<f64> = moving(model).map(|b| extent(model, &model.bodies[b])).collect();
     let pairs = a.iter().flatten().zip(b.iter().flatten()).zip(radii.iter().cycle());
     let mut errors = pairs.map(|((a, b), r)| (a.com - b.com).norm().hypot(r * a.quat.angle_to(&b.quat)));
     errors.try_fold(0.0, |largest: f64, e| e.is_finite().then(|| largest.max(e)))
-}
-
-/// Distance from a body's frame to its farthest geom, m; its gyration radius where it has no geoms.
-fn reach(model: &Model, body: usize) -> f64 {
-    let body = &model.bodies[body];
-    let geoms = model.geoms[body.geoms.clone()].iter().map(|g| g.pos.norm() + g.rbound);
-    geoms.fold((body.inertia.max() / body.mass).sqrt(), f64::max)
 }
