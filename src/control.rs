@@ -128,7 +128,7 @@ impl<'m> Controlled<'m> {
         let Integrator { name, estimate, .. } = method.integrator;
         let estimate = estimate.ok_or(Failed::NoEstimate(name))?;
         start.suits(model).map_err(|wrong| Failed::Step(StepError::State(wrong)))?;
-        if !(tolerance > 0.0) {
+        if tolerance.is_nan() || tolerance <= 0.0 {
             return Err(Failed::Tolerance(tolerance));
         }
         let length = end - start.time;
