@@ -2,6 +2,7 @@
 //!
 //! Whatever can be wrong with a scene is found here at the latest; a [`Model`] is valid by construction.
 
+mod canonical;
 mod controls;
 mod edit;
 mod frames;
@@ -16,6 +17,7 @@ mod ties;
 
 use std::collections::BTreeMap;
 
+pub use canonical::canonical;
 pub use edit::Invalid;
 
 use crate::contact;

@@ -77,7 +77,7 @@ impl Classes {
 }
 
 /// The kinds of actuator share one set of defaults, as in MuJoCo.
-fn family(element: &str) -> String {
+pub fn family(element: &str) -> String {
     match element {
         "motor" | "position" | "velocity" | "intvelocity" | "damper" | "cylinder" | "general" => "actuator".to_string(),
         _ => element.to_string(),

@@ -33,12 +33,16 @@ mod ties;
 
 use std::path::Path;
 
+pub(crate) use defaults::{MAIN, ORIENTATIONS, family};
 pub use document::{Document, NodeId, Span};
 pub use error::{Problem, ProblemKind, Severity};
+pub(crate) use files::files_of;
 pub use limits::Limits;
 pub use nearest::nearest;
+pub(crate) use printable::is_command;
 pub use printable::{one_line, printable};
 pub use read::PENNY_TRUTHS;
+pub(crate) use read::compiler;
 pub use render::render;
 pub use spec::Spec;
 

@@ -454,3 +454,32 @@ fn a_reader_that_leaves_early_is_no_error() {
     drop(child.stdout.take());
     assert!(child.wait().expect("it ends").success());
 }
+
+#[test]
+fn a_scene_is_converted_to_one_file_without_classes() {
+    let cube = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    let mesh = scene("convert_cube.obj", cube);
+    let source = scene(
+        "convert.xml",
+        "<mujoco><asset><mesh file='convert_cube.obj'/></asset><default><geom rgba='1 0 0 1'/></default><worldbody>
+         <frame pos='0 0 1'><body name='b'><freejoint/><geom size='0.1'/>
+         <geom type='mesh' mesh='convert_cube' mass='0' contype='0' conaffinity='0'/></body></frame></worldbody></mujoco>",
+    );
+    let text = stdout(&penny(&["convert", source.to_str().unwrap()]));
+    assert_has(
+        &text,
+        &[
+            "<mesh file=\"convert_cube.obj\"/>",
+            "<body name=\"b\" pos=\"0 0 1\" quat=\"1 0 0 0\">",
+            "<geom size=\"0.1\" rgba=\"1 0 0 1\"/>",
+        ],
+    );
+    // In another folder the mesh has another name, and is found.
+    let elsewhere = mesh.with_file_name("convert_to").join("out.xml");
+    std::fs::create_dir_all(elsewhere.parent().unwrap()).unwrap();
+    assert!(penny(&["convert", source.to_str().unwrap(), "-o", elsewhere.to_str().unwrap()]).status.success());
+    assert_has(&std::fs::read_to_string(&elsewhere).unwrap(), &["file=\"../convert_cube.obj\""]);
+    assert_has(&says(&["check", elsewhere.to_str().unwrap()], 0), &["fine"]);
+    assert_has(&says(&["convert", "models/box.xml", "-o", "models/box.xml"], 2), &["would overwrite"]);
+    assert_has(&says(&["convert", "tests/mjcf/bad/zero_mass.xml"], 1), &["error[moving-without-mass]"]);
+}

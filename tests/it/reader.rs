@@ -466,3 +466,79 @@ fn nothing_supported_is_dropped() {
     }
     assert!(dropped.is_empty(), "read, but without effect:\n{}", dropped.join("\n"));
 }
+
+/// Every scene that stands in the golden data, and those of the repository.
+fn scenes() -> Vec<(String, String)> {
+    fn texts(value: &Value, found: &mut Vec<String>) {
+        match value {
+            Value::String(text) if text.trim_start().starts_with("<mujoco") => found.push(text.clone()),
+            Value::Array(all) => all.iter().for_each(|value| texts(value, found)),
+            Value::Object(all) => all.values().for_each(|value| texts(value, found)),
+            _ => {}
+        }
+    }
+    let mut scenes = Vec::new();
+    let each =
+        |folder: &str| std::fs::read_dir(crate::file(folder)).expect("a folder").map(|e| e.expect("a file").path());
+    for path in each("models").chain(each("tests/mjcf/good")).filter(|p| p.extension().is_some_and(|e| e == "xml")) {
+        scenes.push((path.display().to_string(), std::fs::read_to_string(&path).expect("a scene")));
+    }
+    for path in each("tests/golden").filter(|p| p.extension().is_some_and(|e| e == "json")) {
+        let mut found = Vec::new();
+        texts(&serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap(), &mut found);
+        let name = path.display();
+        scenes.extend(found.into_iter().enumerate().map(|(i, text)| (format!("{name} {i}"), text)));
+    }
+    scenes
+}
+
+/// Whether two models, as they are printed, have the same fields with the same numbers.
+///
+/// `exact`: to the bit. Else to 1e-15: a pose taken out of its frame has its own rounding, which the inverse of the
+/// inertia matrix, and the axes of inertia, multiply.
+fn same(a: &str, b: &str, exact: bool) -> Result<(), String> {
+    let apart = |c: char| c.is_whitespace() || "[](){},:".contains(c);
+    let (mut one, mut two, mut field) = (a.split(apart), b.split(apart), "");
+    loop {
+        let tolerance = match field {
+            _ if exact => 0.0,
+            "invweight0" | "inertia" | "ipos" | "iquat" => 1e-12,
+            _ => 1e-15,
+        };
+        match (one.next(), two.next()) {
+            (None, None) => return Ok(()),
+            (Some(x), Some(y)) if x == y => field = if x.starts_with(char::is_alphabetic) { x } else { field },
+            (Some(x), Some(y)) => match (x.parse::<f64>(), y.parse::<f64>()) {
+                (Ok(p), Ok(q)) if (p - q).abs() <= tolerance * p.abs().max(1.0) => {}
+                _ => return Err(format!("{field}: {x} is {y}")),
+            },
+            (x, y) => return Err(format!("{field}: {x:?} is {y:?}")),
+        }
+    }
+}
+
+#[test]
+fn a_converted_scene_is_the_same_model() {
+    let (mut compared, mut failed) = (0, Vec::new());
+    for (name, text) in scenes() {
+        let Ok(scene) = penny::parse(&name, &text) else { continue };
+        let folder = std::path::Path::new(&name).parent().unwrap();
+        let converted = penny::compile::canonical(&scene.document, folder);
+        let again = penny::parse(&name, &converted).unwrap_or_else(|failure| panic!("{name}: {failure}\n{converted}"));
+        for gone in ["<default", "<frame ", "<frame>", "<replicate", "<include", " class=", "childclass="] {
+            assert!(!converted.contains(gone), "{name}: {gone}\n{converted}");
+        }
+        if let Err(why) = same(
+            &format!("{:?}", *scene.model),
+            &format!("{:?}", *again.model),
+            !text.contains("<frame") && !text.contains("<replicate"),
+        ) {
+            failed.push(format!("{name}: {why}\n"));
+        }
+        let twice = penny::compile::canonical(&again.document, folder);
+        assert_eq!(converted, twice, "{name}: converted again it changes");
+        compared += 1;
+    }
+    assert!(compared > 150, "only {compared} scenes");
+    assert!(failed.is_empty(), "{}", failed.concat());
+}

@@ -34,6 +34,7 @@ macro_rules! println {
 mod bench;
 mod check;
 mod compare;
+mod convert;
 mod doubts;
 mod explain;
 mod files;
@@ -79,6 +80,8 @@ enum Command {
     Run(run::Args),
     /// Report every problem of scene files; exit code 1 if there is an error
     Check(check::Args),
+    /// Write a scene as canonical MJCF: classes, frames, replicas and includes resolved
+    Convert(convert::Args),
     /// Say what a scene requires, and what its numbers mean in SI units
     Explain(explain::Args),
     /// Run a scene beside the real MuJoCo: differences and speed
@@ -170,6 +173,7 @@ fn main() -> ExitCode {
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::check(args),
+        Command::Convert(args) => convert::convert(args),
         Command::Explain(args) => explain::explain(args),
         Command::Compare(args) => compare::compare(args),
         Command::Bench(args) => bench::bench(args, allocations),

@@ -366,6 +366,7 @@ impl LengthArgs {
 
 /// A scene, and what it was warned about.
 pub struct Read {
+    pub document: mjcf::Document,
     pub model: Model,
     /// The scene's own and those that it includes.
     pub files: Vec<PathBuf>,
@@ -382,7 +383,8 @@ pub fn read(path: &Path, limits: &Limits) -> Result<Read, Failure> {
     match penny::load_within(path, limits) {
         Ok(Scene { document, model, warnings }) => {
             let files = document.files.iter().map(|source| source.path.clone()).collect();
-            Ok(Read { model, files, warnings: mjcf::render(&document, &warnings, colour), count: warnings.len() })
+            let text = mjcf::render(&document, &warnings, colour);
+            Ok(Read { document, model, files, warnings: text, count: warnings.len() })
         }
         Err(failure) => Err(Failure::Problem(mjcf::render(&failure.document, &failure.problems, colour))),
     }
