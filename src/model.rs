@@ -129,6 +129,10 @@ pub struct Options {
     pub tolerance: f64,
     /// Newton steps of the `mujoco` law at most.
     pub iterations: usize,
+    /// Sweeps of the `mujoco` law over friction without regularisation, after Newton's method; 0: none.
+    pub noslip_iterations: usize,
+    /// Scaled improvement at which these end.
+    pub noslip_tolerance: f64,
     /// `<flag>`
     pub flags: Flags,
     /// `<flag override="enable">`: for every contact, in place of what its geoms say.
@@ -191,6 +195,8 @@ pub struct Flags {
     pub diagexact: bool,
     /// Sensors.
     pub sensor: bool,
+    /// Sweeps over friction end in each island for itself.
+    pub island: bool,
 }
 
 /// A rigid body.

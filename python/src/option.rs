@@ -37,6 +37,8 @@ struct Numbers {
     impratio: f64,
     tolerance: f64,
     iterations: usize,
+    noslip_iterations: usize,
+    noslip_tolerance: f64,
     cone: Cone,
     flags: Flags,
 }
@@ -57,6 +59,7 @@ const BITS: &[Bit] = &[
     (11, |f| &mut f.actuation),
     (12, |f| &mut f.refsafe),
     (13, |f| &mut f.sensor),
+    (18, |f| &mut f.island),
     (15, |f| &mut f.eulerdamp),
 ];
 /// Which geoms can touch is decided when a scene is compiled.
@@ -75,6 +78,8 @@ const NAMES: &[&str] = &[
     "impratio",
     "tolerance",
     "iterations",
+    "noslip_iterations",
+    "noslip_tolerance",
     "integrator",
     "cone",
     "disableflags",
@@ -100,6 +105,8 @@ impl MjOption {
                 impratio: opt.impratio,
                 tolerance: opt.tolerance,
                 iterations: opt.iterations,
+                noslip_iterations: opt.noslip_iterations,
+                noslip_tolerance: opt.noslip_tolerance,
                 cone: opt.cone,
                 flags: opt.flags.clone(),
             },
@@ -149,6 +156,7 @@ impl MjOption {
             (opt.gravity, opt.wind, opt.magnetic) = (vec3(&now), vec3(&now[3..]), vec3(&now[6..]));
             (opt.density, opt.viscosity, opt.impratio) = (numbers.density, numbers.viscosity, numbers.impratio);
             (opt.tolerance, opt.iterations, opt.cone) = (numbers.tolerance, numbers.iterations, numbers.cone);
+            (opt.noslip_iterations, opt.noslip_tolerance) = (numbers.noslip_iterations, numbers.noslip_tolerance);
             (opt.flags, opt.timestep) = (numbers.flags, timestep);
         });
         if let Err(why) = result {
@@ -257,6 +265,8 @@ impl MjOption {
             "impratio" => real(n.impratio),
             "tolerance" => real(n.tolerance),
             "iterations" => whole(n.iterations as u64),
+            "noslip_iterations" => whole(n.noslip_iterations as u64),
+            "noslip_tolerance" => real(n.noslip_tolerance),
             "cone" => whole(u64::from(n.cone == Cone::Elliptic)),
             "disableflags" => whole(u64::from(self.disabled())),
             "enableflags" => whole(u64::from(n.flags.diagexact) << DIAGEXACT),
@@ -287,6 +297,8 @@ impl MjOption {
             "impratio" => self.numbers.impratio = MjOption::above_zero(name, value)?,
             "tolerance" => self.numbers.tolerance = MjOption::not_negative(name, value)?,
             "iterations" => self.numbers.iterations = value.extract()?,
+            "noslip_iterations" => self.numbers.noslip_iterations = value.extract()?,
+            "noslip_tolerance" => self.numbers.noslip_tolerance = MjOption::not_negative(name, value)?,
             "cone" => {
                 self.numbers.cone = match value.extract::<i64>()? {
                     0 => Cone::Pyramidal,

@@ -159,7 +159,7 @@ def test_options_take_effect():
         ("law", "penaltie", ValueError, "did you mean 'penalty'"),
         ("integrator", 2, NotImplementedError, "implicit"),
         ("solver", 1, NotImplementedError, "Newton"),
-        ("noslip_iterations", 3, AttributeError, "noslip_iterations"),
+        ("noslip_tolerance", -1, ValueError, "noslip_tolerance"),
         ("timstep", 3, AttributeError, "timestep"),
         ("gravity", [1, 2], ValueError, "broadcast"),
     ],

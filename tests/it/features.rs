@@ -264,3 +264,8 @@ fn tendons_are_mujocos() {
 fn equalities_are_mujocos() {
     check(include_str!("../golden/equality.json"));
 }
+
+#[test]
+fn friction_without_slip_is_mujocos() {
+    check(include_str!("../golden/noslip.json"));
+}

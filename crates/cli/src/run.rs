@@ -307,6 +307,12 @@ fn account(
             "it has no equalities and no limits and dry friction of tendons: those of the scene do nothing".into(),
         ]);
     }
+    if model.opt.noslip_iterations > 0 && (method.contact.name != "mujoco" || method.integrator.implicit) {
+        rows.push([
+            String::new(),
+            "it has no second pass over friction: the scene's noslip_iterations do nothing".into(),
+        ]);
+    }
     rows.push(["integrator".into(), format!("{}: {}", method.integrator.name, method.integrator.about)]);
     for line in super::explain::springs(model, method, touches).into_iter().take(4) {
         rows.push(["spring".into(), line]);

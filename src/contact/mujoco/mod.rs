@@ -12,10 +12,11 @@
 
 pub(crate) mod coefficients;
 pub mod efc;
+mod noslip;
 mod steady;
 
 use super::cost::Kind;
-use super::describe::{self, Description};
+use super::describe::{self, Ask, Description};
 use super::impedance;
 use super::island::{Island, Source};
 use super::newton::{self, Constraint, Stop};
@@ -39,14 +40,24 @@ pub static LAW: Law = Law {
     pose: Some(pose),
     shortcut: Some(shortcut),
     friction: |_, mix| mix.friction,
-    describe: |ask| Description { creep: Some(describe::soft_creep(ask)), ..describe::soft(ask) },
+    describe,
     unlike: None,
 };
+
+fn describe(ask: &Ask) -> Description {
+    // How far sweeps without regularisation come, no formula says.
+    let creep = (ask.model.opt.noslip_iterations == 0).then(|| describe::soft_creep(ask));
+    Description { creep, ..describe::soft(ask) }
+}
 
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     pose(task, own, island);
     island.guess(task.model, task.data, &task.state.qacc_warmstart);
-    newton::minimise(task, island, &stop(task.model))
+    let outcome = newton::minimise(task, island, &stop(task.model));
+    if task.model.opt.noslip_iterations > 0 {
+        noslip::sweep(task, island);
+    }
+    outcome
 }
 
 fn shortcut(
@@ -56,6 +67,9 @@ fn shortcut(
     which: &[usize],
     contacts: &mut [Contact],
 ) -> Option<(Vec6, f64)> {
+    if task.model.opt.noslip_iterations > 0 {
+        return None;
+    }
     steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
 }
 
