@@ -151,6 +151,9 @@ fn scale_to_total(bodies: &mut [Body], total: f64) {
     }
 }
 
+const LARGER_UNITS: &str =
+    "take larger units (1 mm as 1, and gravity to match), or set `boundmass` and `boundinertia` in `<compiler>`";
+
 /// A body with joints must have mass and inertia, itself or in bodies welded to it: this one has neither.
 fn check_moving(world: &World, id: usize, log: &mut Log) {
     let body = &world.bodies[id];
@@ -162,8 +165,14 @@ fn check_moving(world: &World, id: usize, log: &mut Log) {
     if let Some((value, what, unit)) = tiny.into_iter().find(|(x, ..)| *x > 0.0 && *x < MIN_VAL) {
         let value = format!("{value:.1e} {unit}");
         let kind = ProblemKind::MovingTooLight { body: label("body", &body.name, id), what, value };
-        let help = "take larger units (1 mm as 1, and gravity to match), or set `boundmass` and `boundinertia` in `<compiler>`";
-        log.error(world.body_specs[id].node, kind, help);
+        log.error(world.body_specs[id].node, kind, LARGER_UNITS);
+        return;
+    }
+    let geoms: f64 = body.geoms.clone().map(|g| geom_piece(&world.geoms[g], world.geom_specs[g]).mass).sum();
+    if body.mass == 0.0 && geoms > 0.0 && geoms <= frames::EPS {
+        let value = format!("{geoms:.1e} kg in geoms, which count from {:e} on", frames::EPS);
+        let kind = ProblemKind::MovingTooLight { body: label("body", &body.name, id), what: "mass", value };
+        log.error(world.body_specs[id].node, kind, LARGER_UNITS);
         return;
     }
     let kind = if body.mass < MIN_VAL {

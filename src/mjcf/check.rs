@@ -55,15 +55,19 @@ pub fn is_defined(names: &Names, what: &str, name: &str) -> bool {
     (what == "body" && name == "world") || names.get(what).is_some_and(|of| of.contains_key(name))
 }
 
-/// Takes attributes out that are empty where a number or a name should be: MuJoCo reads them as not given.
+/// Takes attributes out that are empty where a number or a name should be: MuJoCo reads them as not given. A reference that a
+/// class may give stays: empty, it takes back what the class gives.
 pub fn forget_empty(document: &mut Document) {
     let Some(root) = document.root() else { return };
     let mut open = vec![(root, schema::SCHEMA.first())];
     while let Some((node, row)) = open.pop() {
         let node = &mut document.nodes[node.0 as usize];
-        let counts = |kind| matches!(kind, Kind::Numbers(..) | Kind::Integers(..) | Kind::Name(_) | Kind::Reference(_));
-        let meant =
-            |a: &Attribute| row.and_then(|row| row.attribute(&a.name)).is_some_and(|column| counts(column.kind));
+        let counts = |column: &schema::Attribute| match column.kind {
+            Kind::Numbers(..) | Kind::Integers(..) | Kind::Name(_) => true,
+            Kind::Reference(_) => !column.in_default,
+            _ => false,
+        };
+        let meant = |a: &Attribute| row.and_then(|row| row.attribute(&a.name)).is_some_and(counts);
         node.attributes.retain(|a| !(a.value.trim().is_empty() && meant(a)));
         let (name, children) = (node.name.clone(), node.children.clone());
         open.extend(
@@ -217,7 +221,7 @@ impl<'a> Check<'a> {
             Kind::Name(what) => self.define(what, &attribute.value, attribute.value_span),
             Kind::Reference(_) if matches!(column.status, Status::Unsupported(..)) => {}
             // What a class names matters only to elements that end up with it: the reader sees which.
-            Kind::Reference(_) if in_default => {}
+            Kind::Reference(_) if in_default || attribute.value.is_empty() => {}
             Kind::ReferenceBy(by) => self.reference_by(node, attribute, by),
             Kind::Class => self.references.push((CLASS, &attribute.value, attribute.value_span)),
             Kind::Reference(what) => self.references.push((what, &attribute.value, attribute.value_span)),

@@ -139,6 +139,9 @@ pub fn overlay(
                 values.insert(column.name, Value::Numbers(all));
             }
             Kind::Keyword(words) if !words.contains(&attribute.value.as_str()) => {}
+            Kind::Reference(_) if attribute.value.is_empty() => {
+                values.remove(column.name);
+            }
             _ => {
                 values.insert(column.name, Value::Text(attribute.value.clone()));
             }
@@ -146,6 +149,7 @@ pub fn overlay(
     }
     mixed_solref(document, node, values, problems);
     lints::falling_impedance(document, node, values, problems);
+    lints::swapped(document, node, values, problems);
 }
 
 /// The five ways to write an orientation.

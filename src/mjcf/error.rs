@@ -170,6 +170,14 @@ pub enum ProblemKind {
     ServoInDegrees { word: String, turns: String },
     #[error("`{attribute}` falls from {first} to {second} with depth: the deeper the contact, the softer it is")]
     ImpedanceFalls { attribute: String, first: f64, second: f64 },
+    #[error(
+        "`{attribute}` has a timeconst of {timeconst} s and a dampratio of {dampratio}: it gives way slowly, and swings long"
+    )]
+    SolrefSwapped { attribute: String, timeconst: f64, dampratio: f64 },
+    #[error(
+        "`friction` has a sliding coefficient of {sliding} and a torsional one of {torsional} m: it slides, but hardly spins"
+    )]
+    FrictionSwapped { sliding: f64, torsional: f64 },
     #[error("a density of {word} kg/m³ is hardly meant: water has 1000")]
     LightDensity { word: String },
     #[error("the quaternion of {joint} {why}")]
@@ -319,6 +327,8 @@ impl ProblemKind {
             LooksLikeDegrees { .. } => "looks-like-degrees",
             ServoInDegrees { .. } => "servo-in-degrees",
             ImpedanceFalls { .. } => "impedance-falls",
+            SolrefSwapped { .. } => "solref-swapped",
+            FrictionSwapped { .. } => "friction-swapped",
             LightDensity { .. } => "light-density",
             KeyframeQuaternion { .. } => "keyframe-quaternion",
             Unsupported { .. } => "unsupported",
@@ -384,6 +394,8 @@ impl ProblemKind {
             | LooksLikeDegrees { .. }
             | ServoInDegrees { .. }
             | ImpedanceFalls { .. }
+            | SolrefSwapped { .. }
+            | FrictionSwapped { .. }
             | LightDensity { .. }
             | KeyframeQuaternion { .. } => Severity::Warning,
             _ => Severity::Error,

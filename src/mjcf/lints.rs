@@ -17,6 +17,10 @@ pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64
         Lint::Clamped(bounds) => {
             let &(low, high) = bounds.get(index).filter(|(low, high)| value < *low || value > *high)?;
             let used = value.clamp(low, high);
+            // A dmin of 0 counts as 0.0001, which nothing shows.
+            if index == 0 && value == 0.0 {
+                return None;
+            }
             Some((ProblemKind::Clamped { attribute, word, used, low, high }, format!("write `{used}`")))
         }
         Lint::Raised(least) if value > 0.0 && value < least => {
@@ -62,6 +66,38 @@ pub fn falling_impedance(document: &Document, node: NodeId, values: &Values, pro
             let help = format!("its numbers are dmin dmax width: `{second} {first} {width}` rises");
             problems.push(Problem::new(kind, attribute.value_span).help(help));
         }
+    }
+}
+
+/// Warns of a `solref` and of a geom's `friction` whose first two numbers look swapped.
+///
+///     solref:   timeconst ≥ 0.5 s, and dampratio ≤ 0.1
+///     friction: torsional ≥ 0.1 m, and ten times the sliding coefficient, which is above 0
+pub fn swapped(document: &Document, node: NodeId, values: &Values, problems: &mut Vec<Problem>) {
+    let element = document.node(node);
+    for attribute in &element.attributes {
+        let Some(Value::Numbers(v)) = values.get(attribute.name.as_str()) else { continue };
+        let (kind, names) = match v[..] {
+            [timeconst, dampratio] if attribute.name.contains("solref") => {
+                if timeconst < 0.5 || dampratio <= 0.0 || dampratio > 0.1 {
+                    continue;
+                }
+                let kind = ProblemKind::SolrefSwapped { attribute: attribute.name.clone(), timeconst, dampratio };
+                (kind, "timeconst dampratio")
+            }
+            [sliding, torsional, _] if attribute.name == "friction" && element.name == "geom" => {
+                if torsional < 0.1 || sliding <= 0.0 || torsional < 10.0 * sliding {
+                    continue;
+                }
+                (ProblemKind::FrictionSwapped { sliding, torsional }, "sliding torsional rolling")
+            }
+            _ => continue,
+        };
+        let mut right = v.clone();
+        right.swap(0, 1);
+        let right = right.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+        let help = format!("its numbers are {names}: did you mean `{right}`?");
+        problems.push(Problem::new(kind, attribute.value_span).help(help));
     }
 }
 

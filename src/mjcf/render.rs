@@ -86,6 +86,7 @@ fn subject(kind: &ProblemKind) -> String {
         Clamped { attribute, .. }
         | Raised { attribute, .. }
         | ColourCut { attribute, .. }
+        | SolrefSwapped { attribute, .. }
         | MixedSolref { attribute, .. } => attribute.clone(),
         DuplicateName { what, .. } => what.clone(),
         _ => kind.to_string(),

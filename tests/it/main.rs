@@ -20,6 +20,7 @@ pub fn said(output: &std::process::Output) -> String {
 mod accuracy;
 mod answers;
 mod bad_input;
+mod cases;
 mod cli;
 mod collision;
 mod compile;
@@ -51,5 +52,6 @@ mod trade;
 mod tutorial;
 mod validation;
 mod view;
+mod warnings;
 #[cfg(feature = "play")]
 mod window;

@@ -273,11 +273,12 @@ fn a_byte_0_is_an_error_at_its_place() {
     assert!(report.contains("error[bad-entity]"), "{report}");
 }
 
-/// Starts `penny` in a folder, to be interrupted.
+/// Starts `penny` in a folder, to be interrupted; its warnings go to a file beside the folder.
 fn started(folder: &Path, args: &[&str]) -> std::process::Child {
     let quiet = std::process::Stdio::null;
     let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
-    command.args(args).current_dir(folder).stdout(quiet()).stderr(quiet()).spawn().expect("penny starts")
+    let told = std::fs::File::create(folder.with_extension("told")).expect("a file");
+    command.args(args).current_dir(folder).stdout(quiet()).stderr(told).spawn().expect("penny starts")
 }
 
 /// Rows of a CSV and of a JSON that are whole; panics if anything is not.
@@ -306,6 +307,7 @@ fn an_interruption_leaves_the_old_file_or_a_whole_new_one() {
     let folder = folder("interrupted");
     write(&folder.join("scene.xml"), &format!("<mujoco><worldbody>{BALL}</worldbody></mujoco>"));
     let [csv, json, svg] = ["x.csv", "x.json", "x.svg"].map(|name| folder.join(name));
+    let told = || std::fs::read_to_string(folder.with_extension("told")).expect("warnings");
     for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
         [&csv, &json, &svg].into_iter().for_each(|path| write(path, "old"));
         let args =
@@ -317,9 +319,19 @@ fn an_interruption_leaves_the_old_file_or_a_whole_new_one() {
         assert!(kill.success() && child.wait().expect("it ends").code() == Some(code), "{signal}");
         let rows = whole_rows(&csv, &json);
         assert!(rows.iter().all(|&n| n > 20), "{signal}: {rows:?}");
+        assert!(told().contains("warning: interrupted at "), "{signal}: {}", told());
         assert!(std::fs::read_to_string(&svg).expect("drawn").ends_with("</svg>\n"), "{signal}");
         assert_eq!(std::fs::read_dir(&folder).expect("there").count(), 4, "nothing else is left");
     }
+    // The worlds that a rollout had stay.
+    let worlds = ["rollout", "scene.xml", "--worlds", "1000000", "--vary", "gravity[z]=-9..-1", "--out", "w.csv"];
+    let mut child = started(&folder, &worlds);
+    let unfinished = folder.join("w.csv.unfinished");
+    patiently("rows come", || std::fs::metadata(&unfinished).is_ok_and(|m| m.len() > 0));
+    Command::new("kill").arg("-INT").arg(child.id().to_string()).status().expect("kill");
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    assert!(told().contains("warning: interrupted after ") && told().contains("--resume"), "{}", told());
+    std::fs::remove_file(unfinished).expect("it is there");
     // The old film stays while a new one is made.
     write(&folder.join("film.gif"), "old");
     let mut child = started(&folder, &["render", "scene.xml", "-o", "film.gif", "--time", "1e3"]);

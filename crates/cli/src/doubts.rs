@@ -107,39 +107,42 @@ fn gravity(model: &Model) -> Option<String> {
 }
 
 /// Moving bodies whose mass does not go with their size.
-fn masses(model: &Model) -> Option<String> {
-    let of = |b: &usize| {
-        let body = &model.bodies[*b];
+fn masses(model: &Model) -> Vec<String> {
+    // Osmium, the densest element, has 22 600 kg/m³; air, among the lightest, 1.2.
+    const DENSEST: f64 = 1e5;
+    const LIGHTEST: f64 = 0.05;
+    let (mut dense, mut large) = (Vec::new(), Vec::new());
+    for (b, body) in model.bodies.iter().enumerate() {
         let geoms = &model.geoms[body.geoms.clone()];
-        if body.tree.is_none() || geoms.is_empty() || body.mass < 10.0 {
-            return None;
+        if body.tree.is_none() || body.joints.is_empty() || geoms.is_empty() {
+            continue;
         }
         let volume: f64 = geoms.iter().map(|g| volume(g.kind, g.size.as_slice())).sum();
-        let reach = geoms.iter().map(|g| g.rbound).fold(0.0, f64::max);
-        let name = names::body(model, *b);
-        // Osmium, the densest element, has 22 600 kg/m³.
-        if volume > 0.0 && body.mass / volume > 1e5 && !body.joints.is_empty() {
-            let density = short(body.mass / volume);
-            return Some(format!(
-                "{name} weighs {} in {}, {density} kg/m³: masses are in kg, {} g are {} kg",
-                si(body.mass, "kg"),
+        let across = 2.0 * geoms.iter().map(|g| g.rbound).fold(0.0, f64::max);
+        let density = body.mass / volume;
+        let name = names::body(model, b);
+        if volume > 0.0 && body.mass >= 10.0 && density > DENSEST {
+            dense.push(format!(
+                "{name} weighs {} kg in {}, {} kg/m³ ({} g are {} kg)",
+                short(body.mass),
                 litres(volume),
+                short(density),
                 short(body.mass),
                 short(body.mass / 1e3)
             ));
-        }
-        (reach > 10.0 && body.mass > 1e6).then(|| {
-            format!(
-                "{name} is {} across and weighs {} kg: lengths are in m, {} mm are {} m",
-                si(2.0 * reach, "m"),
+        } else if across > 20.0 && (body.mass > 1e6 || density < LIGHTEST) {
+            large.push(format!(
+                "{name} is {} across and weighs {} kg ({} mm are {} m)",
+                si(across, "m"),
                 short(body.mass),
-                short(2.0 * reach),
-                short(2e-3 * reach)
-            )
-        })
-    };
-    let all: Vec<String> = (0..model.bodies.len()).filter_map(|b| of(&b)).collect();
-    several(&all).map(|list| format!("warning: {list}"))
+                short(across),
+                short(1e-3 * across)
+            ));
+        }
+    }
+    let dense = several(&dense).map(|list| format!("warning: masses are in kg, and no matter is so dense: {list}"));
+    let large = several(&large).map(|list| format!("warning: lengths are in m: {list}"));
+    dense.into_iter().chain(large).collect()
 }
 
 /// m³

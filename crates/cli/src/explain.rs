@@ -90,7 +90,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     if !text.is_empty() && !contradicts {
         print!("\n{text}");
     }
-    print!("{}", limits.text());
+    print!("{}", limits.text(!tried.used_up()));
     if !args.all && (tried.used_up() || trial.used_up()) {
         println!("\nNot everything could be tried in {}: --all tries all.", si(TRYING, "s"));
     } else if !whole && !groups.is_empty() {

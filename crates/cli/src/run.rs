@@ -119,6 +119,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let interrupt = Interrupt::watch()?;
     let mut outputs = Outputs::open(args, &model, &method, &shown)?;
+    let drawn = outputs.picture.as_ref().map(Picture::quantities).unwrap_or_default();
     let mut recorder = Recorder::new(&model);
     let first = recorder.sample(&model, &state);
     let overlap = Overlap::find(&model, recorder.contacts());
@@ -154,6 +155,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             if written {
                 let values = recorder.values(&model, &method, &state, &sample, &shown);
                 outputs.write(&state, &sample, &values)?;
+                if let Some(picture) = &mut outputs.picture {
+                    let values = recorder.values(&model, &method, &state, &sample, &drawn);
+                    picture.push(&state, &sample, &values);
+                }
             }
             if listed {
                 let values = recorder.values(&model, &method, &state, &sample, table.quantities());
@@ -241,7 +246,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         );
     }
     if energy.grew() {
-        eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit.as_ref()));
+        eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit.as_ref(), data.unconverged));
     }
     interrupt.code().map_or(Ok(()), |code| Err(Failure::Interrupted(code)))
 }
@@ -407,9 +412,17 @@ fn warning(model: &Model, method: &Method, start: &State, limit: &Limit, budget:
             let other = other.map_or_else(String::new, |other| {
                 format!(", or --integrator {other}, stable at {}", si(method.timestep, "s"))
             });
+            // Far below its limit already an oscillation loses and regains much of its energy.
+            let springs = theory::joint_springs(model);
+            let alone = springs.iter().find(|s| s.name == *names).and_then(|s| theory::limit(method.integrator, s));
+            let bears = match alone {
+                Some(alone) if alone > 1.2 * limit => {
+                    format!("it is stable up to {} with {integrator}, and gains no energy up to", si(alone, "s"))
+                }
+                _ => format!("the largest stable one with {integrator} is"),
+            };
             format!(
-                "warning: {names} is unstable at this timestep of {}; the largest stable one with {integrator} is {}: \
-                 --timestep {:.1e}{other}\n",
+                "warning: {names} is unstable at this timestep of {}; {bears} {}: --timestep {:.1e}{other}\n",
                 si(method.timestep, "s"),
                 si(*limit, "s"),
                 rounded_down(*limit)
@@ -505,9 +518,6 @@ impl Outputs<'_> {
         }
         if let Some((path, table)) = &mut self.table {
             table.write(state, sample, values).map_err(|e| files::cannot_write(path, &e))?;
-        }
-        if let Some(picture) = &mut self.picture {
-            picture.push(state, sample, values);
         }
         Ok(())
     }

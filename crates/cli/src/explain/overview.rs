@@ -11,8 +11,9 @@ use penny_lab::explain::{self, Budget, Touch, probe};
 use penny_lab::names;
 use penny_lab::sweep::theory;
 
-/// Lines of a kind without `--all`.
+/// Lines of a kind without `--all`; where there are more, the first few.
 const LINES: usize = 8;
+const FEW: usize = 5;
 /// A contact that goes deeper than this part of the smaller shape is told as a limit of the scene.
 const DEEP: f64 = 0.05;
 /// A margin beyond this is no limit.
@@ -31,9 +32,14 @@ impl Limits {
         self.found.push((margin, text));
     }
 
-    /// The one that limits most.
-    pub fn text(&self) -> String {
-        let Some((margin, text)) = self.found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else { return String::new() };
+    /// The one that limits most; where there is none, so much, if all was tried.
+    pub fn text(&self, all_tried: bool) -> String {
+        let Some((margin, text)) = self.found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            if !all_tried {
+                return String::new();
+            }
+            return "\nNothing limits this scene: no spring or servo is stiff for its timestep, and no load goes deep.\n".to_owned();
+        };
         let heading =
             if *margin > FAR { "Nothing limits this scene; nearest to it is" } else { "What limits this scene most" };
         format!("\n{heading}\n  {text}\n")
@@ -132,11 +138,8 @@ fn line(
     let radii = touch.geom.iter().map(|&g| model.geoms[g].rbound).filter(|r| *r > 0.0);
     let size = radii.fold(f64::INFINITY, f64::min);
     let masses = touch.geom.map(|g| model.bodies[model.bodies[model.geoms[g].body].weld].mass);
-    let ratio = if touch.rests {
-        load / (touch.mass * explain::weight(model))
-    } else {
-        masses[0].max(masses[1]) / masses[0].min(masses[1])
-    };
+    let lighter = masses.into_iter().filter(|m| *m > 0.0).fold(touch.mass, f64::min);
+    let ratio = load / (lighter * explain::weight(model));
     if let Some(depth) = depth.filter(|depth| *depth > DEEP * size) {
         let mix = &model.mixes[touch.mix];
         let why = if ratio > RATIO {
@@ -199,13 +202,12 @@ pub fn joints(model: &Model, method: &Method, start: &State, all: bool, limits: 
     let frequency = |c: &Coordinate| {
         if c.stiffness() > 0.0 { [si(c.omega(), "rad/s"), short(c.zeta())] } else { ["–", "–"].map(str::to_owned) }
     };
-    let more = |n: usize| if n > LINES && !all { format!("  and {} more: --all\n", n - LINES) } else { String::new() };
-    let shown = if all { usize::MAX } else { LINES };
+    let shown = |n: usize| if all || n <= LINES { n } else { FEW };
+    let more = |n: usize| if n > shown(n) { format!("  and {} more: --all\n", n - shown(n)) } else { String::new() };
 
     // Joints: what holds them where.
     let rows: Vec<Vec<String>> = list
         .iter()
-        .take(shown)
         .map(|c| {
             let [mass, k, damping, place, force] = units(c);
             let joint = &model.joints[c.joint];
@@ -222,13 +224,12 @@ pub fn joints(model: &Model, method: &Method, start: &State, all: bool, limits: 
             ]
         })
         .collect();
+    let rows = if all { rows } else { grouped(rows, 1) };
     if !rows.is_empty() {
         let heading = ["joint", "moves", "k", "c", "ω", "ζ", "spring at rest", "weight"].map(str::to_owned).to_vec();
-        text += &format!(
-            "\nJoints (weight: its force on the joint at the start)\n{}",
-            table(&[vec![heading], rows].concat())
-        );
-        text += &more(list.len());
+        let lines: Vec<_> = std::iter::once(heading).chain(rows.iter().take(shown(rows.len())).cloned()).collect();
+        text += &format!("\nJoints (weight: its force on the joint at the start)\n{}", table(&lines));
+        text += &more(rows.len());
     }
 
     // Limits: how far beyond them a joint goes. Those that are alike together, by the one that is pushed farthest.
@@ -283,7 +284,7 @@ pub fn joints(model: &Model, method: &Method, start: &State, all: bool, limits: 
     }
     let mut rows =
         vec![["limit of", "range", "k", "c", "ω", "ζ", "pressed by", "goes beyond by"].map(str::to_owned).to_vec()];
-    for limit in alike.iter().take(shown) {
+    for limit in alike.iter().take(shown(alike.len())) {
         let name = match &limit.names[..] {
             [one] => one.clone(),
             [first, rest @ ..] => format!("{first} ({} more alike)", rest.len()),
@@ -296,11 +297,8 @@ pub fn joints(model: &Model, method: &Method, start: &State, all: bool, limits: 
     }
 
     // Actuators as servos.
-    let mut rows = vec![
-        ["actuator", "on", "kp", "kv", "ω", "ζ", "sag under the weight", "stable up to"].map(str::to_owned).to_vec(),
-    ];
-    let driven: Vec<&Coordinate> = list.iter().filter(|c| !c.actuators.is_empty()).collect();
-    for c in driven.iter().take(shown) {
+    let mut rows = Vec::new();
+    for c in list.iter().filter(|c| !c.actuators.is_empty()) {
         let [_, k, damping, place, _] = units(c);
         let [omega, zeta] = frequency(c);
         let weight = clean(weights[model.joints[c.joint].dofadr]);
@@ -322,10 +320,32 @@ pub fn joints(model: &Model, method: &Method, start: &State, all: bool, limits: 
             ]);
         }
     }
-    if rows.len() > 1 {
-        text += &format!("\nActuators (kp, kv with their gear, on the joint)\n{}{}", table(&rows), more(driven.len()));
+    let rows = if all { rows } else { grouped(rows, 2) };
+    if !rows.is_empty() {
+        let heading = ["actuator", "on", "kp", "kv", "ω", "ζ", "sag under the weight", "stable up to"];
+        let heading = heading.map(str::to_owned).to_vec();
+        let lines: Vec<_> = std::iter::once(heading).chain(rows.iter().take(shown(rows.len())).cloned()).collect();
+        text += &format!("\nActuators (kp, kv with their gear, on the joint)\n{}{}", table(&lines), more(rows.len()));
     }
     text
+}
+
+/// Rows that say the same from a column on, together: "hip0 (5 more alike)".
+fn grouped(rows: Vec<Vec<String>>, from: usize) -> Vec<Vec<String>> {
+    let mut groups: Vec<(Vec<String>, usize)> = Vec::new();
+    for row in rows {
+        match groups.iter_mut().find(|(first, _)| first[from..] == row[from..]) {
+            Some((_, more)) => *more += 1,
+            None => groups.push((row, 0)),
+        }
+    }
+    let named = |(mut row, more): (Vec<String>, usize)| {
+        if more > 0 {
+            row[0] += &format!(" ({more} more alike)");
+        }
+        row
+    };
+    groups.into_iter().map(named).collect()
 }
 
 /// Zero where there is but rounding.

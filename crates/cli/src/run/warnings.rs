@@ -1,6 +1,8 @@
 //! What makes a run questionable: geoms deep in one another at the start, energy from nowhere at the end.
 
-use super::rounded_down;
+use std::collections::VecDeque;
+
+use super::{LOOKS, rounded_down};
 use crate::format::{short, si};
 use penny::data::{Contact, Data};
 use penny::forward::Method;
@@ -83,10 +85,15 @@ impl Overlap {
 /// Actuators at constant controls are a potential U ([`joints::actuator_potential`]): E' = E + U. A contact or joint limit
 /// with force F at a depth d stores no more than F d, so E' + Σ F d is at least what can come back from a state:
 ///
-///     gain = E'(t) − min (E'(0), min over 0 < s ≤ t of (E'(s) + Σ F d))
+///     gain = min over t − w ≤ s ≤ t of E'(s) − min (E'(0), min over 0 < s < t − w of (E'(s) + Σ F d))
+///
+/// What an oscillation loses and regains by the error of a symplectic step is back within the window w, a twentieth of the
+/// run, and is no gain. While something touches, w = 0: contacts gain in bursts.
 pub struct EnergyGain {
-    /// E' + Σ F d where it was least so far, and then, J.
+    /// E' + Σ F d where it was least so far, J; what is in the window left out.
     least: f64,
+    /// Of the last looks: E', E' + Σ F d, E and U, J.
+    window: VecDeque<[f64; 4]>,
     /// The largest gain, and the energies between which it was, J.
     gain: f64,
     from_to: [f64; 2],
@@ -101,6 +108,8 @@ pub struct EnergyGain {
 impl EnergyGain {
     /// Growth by less than this part of the scale is the usual error of a method.
     const MUCH: f64 = 0.05;
+    /// Looks in a window.
+    const WINDOW: usize = LOOKS / 20;
 
     pub fn new(model: &Model, first: &Sample) -> EnergyGain {
         let moves = |body: usize| model.bodies[body].tree.is_some();
@@ -110,6 +119,7 @@ impl EnergyGain {
         EnergyGain {
             judged: joints::have_potential(model),
             least: f64::INFINITY,
+            window: VecDeque::with_capacity(EnergyGain::WINDOW),
             gain: 0.0,
             from_to: [first.energy; 2],
             kinetic: first.kinetic,
@@ -127,10 +137,32 @@ impl EnergyGain {
         let now = sample.energy + given;
         let stored: f64 = contacts.chain(limits).sum();
         self.kinetic = self.kinetic.max(sample.kinetic);
-        self.least = if self.least.is_finite() { self.least.min(now + stored) } else { now + at_start };
-        if now - self.least > self.gain {
-            self.gain = now - self.least;
-            self.from_to = [self.least - given, sample.energy];
+        if !self.least.is_finite() {
+            self.least = now + at_start;
+            return;
+        }
+        if stored > 0.0 {
+            let least = self.window.iter().map(|look| look[1]).fold(self.least, f64::min);
+            if now - least > self.gain {
+                self.gain = now - least;
+                self.from_to = [least - given, sample.energy];
+            }
+        }
+        if self.window.len() == EnergyGain::WINDOW {
+            self.weigh();
+            let oldest = self.window.pop_front().unwrap_or([f64::INFINITY; 4]);
+            self.least = self.least.min(oldest[1]);
+        }
+        self.window.push_back([now, now + stored, sample.energy, given]);
+    }
+
+    /// Compares the least of the window with the least before it.
+    fn weigh(&mut self) {
+        let Some([.., energy, given]) = self.window.back() else { return };
+        let gain = self.window.iter().map(|look| look[0]).fold(f64::INFINITY, f64::min) - self.least;
+        if gain > self.gain {
+            self.gain = gain;
+            self.from_to = [self.least - given, *energy];
         }
     }
 
@@ -140,17 +172,20 @@ impl EnergyGain {
     }
 
     /// Measured by the largest kinetic energy, and by what it takes to lift all that moves by its radius.
-    pub fn grew(&self) -> bool {
+    pub fn grew(&mut self) -> bool {
+        self.weigh();
         self.judged && self.gain > EnergyGain::MUCH * (self.kinetic + self.lift)
     }
 
-    /// Says by how much the energy grew, and the likeliest cause and remedy.
+    /// Says by how much the energy grew, and the likeliest cause and remedy. In `unconverged` steps the forces were not
+    /// solved for.
     pub fn told(
         &self,
         model: &Model,
         method: &Method,
         overlap: Option<&Overlap>,
         limit: Option<&(f64, String)>,
+        unconverged: usize,
     ) -> String {
         let [first, last] = self.from_to.map(|e| si(e, "J"));
         let (h, integrator) = (method.timestep, method.integrator.name);
@@ -158,6 +193,9 @@ impl EnergyGain {
             (Some(overlap), _) => {
                 let names = overlap.names(model);
                 format!("{names} overlapped by {} at the start; {}", si(overlap.depth, "m"), overlap.cure(model))
+            }
+            _ if unconverged > 0 => {
+                "the contact forces of some steps did not converge: --rounds allows more Newton steps".to_owned()
             }
             (None, Some((limit, whose))) if 0.0 < *limit && *limit < h && whose != super::THE_SCENE => {
                 format!("the timestep is too long for {whose}: try --timestep {:.1e}", rounded_down(*limit))

@@ -1,6 +1,6 @@
 //! A run as a chart: where the centre of mass was, what energy there was, how the largest motion looks in phase space.
 
-use super::{Coordinate, Quantity, Sample, coordinates};
+use super::{Coordinate, Group, Quantity, Sample, coordinates};
 use crate::plot::palette::{CURVES, DASHES};
 use crate::plot::{Axis, Figure, Layer, Line, Panel};
 use penny::model::Model;
@@ -13,8 +13,46 @@ pub struct Picture {
     samples: Vec<Sample>,
     /// The coordinates that have a velocity of their own, each with its position and velocity over time.
     phase: Vec<(Phase, Vec<[f64; 2]>)>,
-    /// What was chosen instead of all that, each over time.
-    chosen: Vec<Curve>,
+    /// Whether what is drawn was chosen, and not only what matters in this scene.
+    asked: bool,
+    /// What was chosen instead of all that, or what is drawn beside it, each over time.
+    curves: Vec<Curve>,
+}
+
+/// Charts of one size, two beside each other.
+fn figure(title: &str, subtitle: String, panels: Vec<Panel>) -> Figure {
+    let mut figure = Figure::new(title, subtitle, panels);
+    figure.columns = figure.panels.len().clamp(1, 2);
+    figure.panel_size = [330.0, 220.0];
+    figure
+}
+
+/// A panel for each unit and group, of a few curves each.
+fn panels(curves: &[&Curve]) -> Vec<Panel> {
+    let mut panels: Vec<Vec<&Curve>> = Vec::new();
+    for curve in curves {
+        let alike = |panel: &&mut Vec<&Curve>| {
+            let first = &panel[0].0;
+            panel.len() < CURVES_IN_PANEL && first.unit == curve.0.unit && first.group == curve.0.group
+        };
+        match panels.iter_mut().find(alike) {
+            Some(panel) => panel.push(curve),
+            None => panels.push(vec![curve]),
+        }
+    }
+    let panel = |curves: &Vec<&Curve>| {
+        let Quantity { unit, .. } = &curves[0].0;
+        let word = super::GROUPS.iter().find(|(_, group)| *group == curves[0].0.group).map_or("", |(word, _)| word);
+        let title = if curves.len() == 1 { curves[0].0.name.clone() } else { word.to_owned() };
+        let label = if unit.is_empty() { word.to_owned() } else { format!("{word} [{unit}]") };
+        let line = |(i, (quantity, points)): (usize, &&Curve)| {
+            let name = if curves.len() == 1 { "" } else { &quantity.name };
+            Layer::Line(Line::new(name, CURVES[i], points.clone()).dashed(DASHES[i]))
+        };
+        let layers = curves.iter().enumerate().map(line).collect();
+        Panel::new(title, Axis::linear("time [s]").tight(), Axis::linear(label), layers)
+    };
+    panels.iter().map(panel).collect()
 }
 
 /// A quantity, and its values (time in s, value).
@@ -32,19 +70,27 @@ struct Phase {
 }
 
 impl Picture {
-    /// Of the chosen quantities; if there are none, of the usual.
+    /// Of the chosen quantities; if there are none, of the usual, and of the joints, the spin and the loads that matter.
     pub fn new(model: &Model, chosen: &[Quantity]) -> Picture {
         let own = |(qpos, coordinate): (usize, Coordinate)| {
             let qvel = coordinate.qvel?;
             Some((Phase { coordinate, qpos, qvel }, Vec::new()))
         };
         let phase = coordinates(model).into_iter().enumerate().filter_map(own).collect();
-        let chosen = chosen.iter().map(|q| (q.clone(), Vec::new())).collect();
-        Picture { time: Vec::new(), samples: Vec::new(), phase, chosen }
+        let asked = !chosen.is_empty();
+        let quantities = if asked { chosen.to_vec() } else { super::usual(model) };
+        let curves = quantities.into_iter().map(|q| (q, Vec::new())).collect();
+        Picture { time: Vec::new(), samples: Vec::new(), phase, asked, curves }
     }
 
+    /// What each state needs the values of.
+    pub fn quantities(&self) -> Vec<Quantity> {
+        self.curves.iter().map(|(quantity, _)| quantity.clone()).collect()
+    }
+
+    /// `values`: of [`Picture::quantities`].
     pub fn push(&mut self, state: &State, sample: &Sample, values: &[f64]) {
-        for ((_, points), value) in self.chosen.iter_mut().zip(values) {
+        for ((_, points), value) in self.curves.iter_mut().zip(values) {
             points.push([state.time, *value]);
         }
         self.time.push(state.time);
@@ -56,8 +102,9 @@ impl Picture {
 
     /// The chart. `subtitle` says how it was computed.
     pub fn figure(&self, title: &str, subtitle: &str) -> Figure {
-        if !self.chosen.is_empty() {
-            return self.chosen_figure(title, subtitle);
+        if self.asked {
+            let panels = panels(&self.curves.iter().collect::<Vec<_>>());
+            return figure(title, subtitle.to_owned(), panels);
         }
         let over_time = |label: &str, i: usize, of: &dyn Fn(&Sample) -> f64| {
             let points = self.time.iter().zip(&self.samples).map(|(t, s)| [*t, of(s)]).collect();
@@ -82,43 +129,26 @@ impl Picture {
         }
         let mut subtitle = subtitle.to_owned();
         match self.phase_panel() {
-            Some(panel) => panels.push(panel),
+            Some(panel) => panels.extend(panel),
             None => subtitle += "\nno phase picture: a ball joint's quaternion has no velocity of its own",
         }
-        let mut figure = Figure::new(title, subtitle, panels);
-        (figure.columns, figure.panel_size) = (2, [330.0, 220.0]);
-        figure
+        panels.extend(self::panels(&self.telling()));
+        figure(title, subtitle, panels)
     }
 
-    /// A panel for each unit and group, of a few curves each.
-    fn chosen_figure(&self, title: &str, subtitle: &str) -> Figure {
-        let mut panels: Vec<Vec<&Curve>> = Vec::new();
-        for curve in &self.chosen {
-            let alike = |panel: &&mut Vec<&Curve>| {
-                let first = &panel[0].0;
-                panel.len() < CURVES_IN_PANEL && first.unit == curve.0.unit && first.group == curve.0.group
-            };
-            match panels.iter_mut().find(alike) {
-                Some(panel) => panel.push(curve),
-                None => panels.push(vec![curve]),
-            }
-        }
-        let panel = |curves: &Vec<&Curve>| {
-            let Quantity { unit, .. } = &curves[0].0;
-            let word = super::GROUPS.iter().find(|(_, group)| *group == curves[0].0.group).map_or("", |(word, _)| word);
-            let title = if curves.len() == 1 { curves[0].0.name.clone() } else { word.to_owned() };
-            let label = if unit.is_empty() { word.to_owned() } else { format!("{word} [{unit}]") };
-            let line = |(i, (quantity, points)): (usize, &&Curve)| {
-                let name = if curves.len() == 1 { "" } else { &quantity.name };
-                Layer::Line(Line::new(name, CURVES[i], points.clone()).dashed(DASHES[i]))
-            };
-            let layers = curves.iter().enumerate().map(line).collect();
-            Panel::new(title, Axis::linear("time [s]").tight(), Axis::linear(label), layers)
+    /// The curves that say something beside the usual: of each group the few that change most, or carry most.
+    fn telling(&self) -> Vec<&Curve> {
+        let of = |group: Group, size: &dyn Fn(&Curve) -> f64| {
+            let mut list: Vec<(f64, &Curve)> =
+                self.curves.iter().filter(|c| c.0.group == group).map(|c| (size(c), c)).collect();
+            list.retain(|(size, _)| *size > 1e-6);
+            list.sort_by(|a, b| b.0.total_cmp(&a.0));
+            list.truncate(CURVES_IN_PANEL);
+            list.into_iter().map(|(_, curve)| curve).collect::<Vec<_>>()
         };
-        let mut figure = Figure::new(title, subtitle, panels.iter().map(panel).collect());
-        figure.columns = panels.len().clamp(1, 2);
-        figure.panel_size = [330.0, 220.0];
-        figure
+        let largest = |c: &Curve| c.1.iter().fold(0.0, |m: f64, p| m.max(p[1].abs()));
+        let change = |c: &Curve| span(c.1.iter().map(|p| p[1]));
+        [of(Group::Rotation, &largest), of(Group::Joints, &change), of(Group::Forces, &largest)].concat()
     }
 
     /// The world's axes of which there is something to see: a planar scene stays at zero across its plane.
@@ -128,14 +158,17 @@ impl Picture {
         (0..3).filter(|&i| self.samples.iter().any(|s| s.com[i].abs() >= least)).collect()
     }
 
-    /// Velocity over position of the coordinate that moves most.
-    fn phase_panel(&self) -> Option<Panel> {
+    /// Velocity over position of the coordinate that moves most, if any does; `None` where no coordinate has a velocity.
+    fn phase_panel(&self) -> Option<Option<Panel>> {
         let width = |points: &[[f64; 2]]| span(points.iter().map(|p| p[0]));
         let (c, points) = self.phase.iter().max_by(|a, b| width(&a.1).total_cmp(&width(&b.1)))?;
+        if width(points) == 0.0 && points.iter().all(|p| p[1] == 0.0) {
+            return Some(None);
+        }
         let line = Layer::Line(Line::new("", CURVES[0], points.clone()).wide(1.5));
         let Coordinate { name, unit, .. } = &c.coordinate;
         let (x, y) = (format!("{name} [{unit}]"), format!("its velocity [{unit}/s]"));
-        Some(Panel::new("Phase", Axis::linear(x), Axis::linear(y), vec![line]))
+        Some(Some(Panel::new("Phase", Axis::linear(x), Axis::linear(y), vec![line])))
     }
 }
 
