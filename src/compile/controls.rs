@@ -5,7 +5,7 @@ use super::{Log, Names, ties};
 use crate::data::Data;
 use crate::dynamics::{self, actuation};
 use crate::math;
-use crate::mjcf::{ProblemKind, Spec, lints, spec};
+use crate::mjcf::{Edit, ProblemKind, Spec, lints, spec};
 use crate::model::{Activation, Actuator, JointKind, Keyframe, Model, Tendon, Transmission};
 use crate::state::State;
 
@@ -91,8 +91,13 @@ fn servo_in_degrees(actuator: &spec::Actuator, range: [f64; 2], log: &mut Log) {
         return;
     }
     let kind = ProblemKind::ServoInDegrees { word: largest.to_string(), turns: lints::turned(largest) };
-    let help = format!("write `{} {}`", lints::in_radians(range[0]), lints::in_radians(range[1]));
-    log.value_warning(actuator.node, "ctrlrange", kind, help);
+    let meant = format!("{} {}", lints::in_radians(range[0]), lints::in_radians(range[1]));
+    let own = log.document.attribute(actuator.node, "ctrlrange").map(|own| own.value_span);
+    log.value_warning(actuator.node, "ctrlrange", kind, format!("write `{meant}`"));
+    // What a class gives, it may give to others, too.
+    if let (Some(own), Some(last)) = (own, log.warnings.last_mut()) {
+        last.fix.push(Edit { span: own, text: meant });
+    }
 }
 
 /// The range of a servo from that of its joint: about its middle, `inheritrange` times as wide.

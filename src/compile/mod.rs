@@ -149,7 +149,7 @@ impl Log<'_> {
 
 fn problem(kind: ProblemKind, span: Span, help: impl Into<String>) -> Problem {
     let help = help.into();
-    Problem { kind, span, related: Vec::new(), help: (!help.is_empty()).then_some(help) }
+    Problem { help: (!help.is_empty()).then_some(help), ..Problem::new(kind, span) }
 }
 
 /// Elements that others refer to by name: bodies, geoms, joints.

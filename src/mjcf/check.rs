@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::defaults::{MAIN, ORIENTATIONS};
 use super::document::{Attribute, Document, NodeId, Span};
-use super::error::{Problem, ProblemKind};
+use super::error::{Advice, Problem, ProblemKind};
 use super::files;
 use super::limits::Limits;
 use super::lints;
@@ -35,7 +35,8 @@ pub fn check<'a>(document: &'a Document, whole: bool, limits: &'a Limits) -> (Ve
     let name = &document.node(root).name;
     if name != "mujoco" {
         let problem = Problem::new(ProblemKind::NotMjcf { found: name.clone() }, document.span(root));
-        return (vec![problem.suggest(nearest(name, ["mujoco"]))], Names::new());
+        let near = nearest(name, ["mujoco"]);
+        return (vec![document.rename(problem.suggest(near), root, near)], Names::new());
     }
     if let Some(row) = schema::SCHEMA.first() {
         check.element(root, row, "mujoco", "");
@@ -182,7 +183,8 @@ impl<'a> Check<'a> {
             Problem::new(ProblemKind::MisplacedElement { parent: parent.clone(), element }, span)
                 .help(format!("it belongs in {homes}"))
         } else {
-            Problem::new(ProblemKind::UnknownElement { parent: parent.clone(), element }, span).suggest(near)
+            let problem = Problem::new(ProblemKind::UnknownElement { parent: parent.clone(), element }, span);
+            self.document.rename(problem.suggest(near), node, near)
         });
         near.and_then(|near| schema::find(&parent, near).map(|row| (row, near)))
     }
@@ -198,14 +200,17 @@ impl<'a> Check<'a> {
         let Some(column) = row.attribute(&attribute.name) else {
             if !row.is_silent(&attribute.name) {
                 let (element, name) = (element.to_string(), attribute.name.clone());
-                let removed = removed::attribute(&element, &name);
+                let removed = removed::attribute(&element, attribute);
                 let near = self.nearest(&name, row.attribute_names());
                 let of_joints = element == "freejoint"
                     && schema::find("body", "joint").is_some_and(|j| j.attribute(&name).is_some());
                 let kind = ProblemKind::UnknownAttribute { element, attribute: name };
-                let problem = Problem::new(kind, attribute.name_span).suggest(near);
+                let problem = Problem::new(kind, attribute.name_span);
+                if let Some((cure, edit)) = removed {
+                    return self.problems.push(Problem { fix: edit.into_iter().collect(), ..problem.help(cure) });
+                }
                 self.problems.push(match near {
-                    _ if removed.is_some() => Problem { help: removed, ..problem },
+                    Some(_) => problem.correct(near),
                     None if of_joints => problem.help("`<joint type=\"free\" …>` has it"),
                     _ => problem,
                 });
@@ -377,7 +382,8 @@ impl<'a> Check<'a> {
         let defined = self.names.entry(what).or_default();
         let count = defined.len();
         let known: Vec<&str> = defined.keys().copied().take(self.suggestions.max(6)).collect();
-        let help = match self.nearest(name, known.iter().copied()) {
+        let near = self.nearest(name, known.iter().copied());
+        let help = match near {
             Some(near) => format!("did you mean `{near}`?"),
             None if what == "material" => format!("add `<material name=\"{name}\"/>` to `<asset>`"),
             None => match count {
@@ -391,7 +397,8 @@ impl<'a> Check<'a> {
             CLASS => ProblemKind::UnknownClass { name },
             _ => ProblemKind::UnknownReference { what: what.into(), name },
         };
-        let problem = Problem::new(kind, span);
+        let near = near.map(str::to_string);
+        let problem = Problem::new(kind, span).replace(span, near.as_deref());
         self.problems.push(if help.is_empty() { problem } else { problem.help(help) });
     }
 
@@ -406,7 +413,7 @@ impl<'a> Check<'a> {
         }
         let near = self.nearest(&attribute.value, words.iter().copied());
         self.problems.push(match near {
-            Some(near) => problem.suggest(Some(near)),
+            Some(near) => problem.correct(Some(near)),
             None => problem.help(format!("it can be {}", or(words.iter().map(|w| format!("`{w}`"))))),
         });
     }
@@ -453,8 +460,11 @@ impl<'a> Check<'a> {
     }
 
     /// A problem with the `index`-th word of a value.
-    fn wrong(&mut self, kind: ProblemKind, attribute: &Attribute, index: usize, help: impl Into<String>) {
-        self.problems.push(Problem::new(kind, self.document.word_span(attribute, index)).help(help));
+    fn wrong(&mut self, kind: ProblemKind, attribute: &Attribute, index: usize, help: impl Into<Advice>) {
+        let place = self.document.word_span(attribute, index);
+        // Among entities a word has no place of its own.
+        let word = Some(place).filter(|place| *place != attribute.value_span || index == 0 && attribute.is_plain());
+        self.problems.push(Problem::new(kind, place).advise(help.into(), word, attribute.value_span));
     }
 
     /// Reports commas and the like among numbers; `false` if there are none, or if more than that is wrong.
@@ -463,11 +473,12 @@ impl<'a> Check<'a> {
         if !attribute.value.contains(strange) {
             return false;
         }
-        let Some(help) = suggestions::separators(&attribute.value, min, max) else {
+        let Some(advice) = suggestions::separators(&attribute.value, min, max) else {
             return false;
         };
         let kind = ProblemKind::Separators { attribute: attribute.name.clone() };
-        self.problems.push(Problem::new(kind, attribute.value_span).help(help));
+        let value = attribute.value_span;
+        self.problems.push(Problem::new(kind, value).advise(advice, None, value));
         true
     }
 
@@ -488,12 +499,12 @@ impl<'a> Check<'a> {
         };
         let positive =
             Some(word.trim_start_matches('-')).filter(|_| value < 0.0 && !matches!(column.rule, Rule::OneOf(_)));
-        let help = positive.map(|word| format!("did you mean `{word}`?")).or_else(|| hint(column));
-        let problem = Problem::new(
-            ProblemKind::OutOfRange { attribute: attribute.name.clone(), rule, word: word.to_string() },
-            self.document.word_span(attribute, index),
-        );
-        self.problems.push(Problem { help, ..problem });
+        let kind = ProblemKind::OutOfRange { attribute: attribute.name.clone(), rule, word: word.to_string() };
+        let advice = match positive {
+            Some(word) => Advice::Word(format!("did you mean `{word}`?"), word.to_string()),
+            None => hint(column).unwrap_or_default().into(),
+        };
+        self.wrong(kind, attribute, index, advice);
     }
 
     fn lint(&mut self, attribute: &Attribute, column: &schema::Attribute, word: &str, index: usize) {

@@ -2,6 +2,7 @@
 //!
 //! What an element means is not known here; [`super::parse`] builds the tree, [`super::schema`] judges it.
 
+use super::error::Problem;
 use super::source::Source;
 
 /// Bytes `start..end` of file number `file`.
@@ -44,6 +45,8 @@ pub struct Node {
     pub name: String,
     /// From `<` to the end of the name.
     pub span: Span,
+    /// The name in its end tag, if it has one.
+    pub end: Option<Span>,
     /// As written.
     pub attributes: Vec<Attribute>,
     /// Elements within it.
@@ -63,7 +66,31 @@ pub struct Attribute {
     pub value_span: Span,
 }
 
+impl Attribute {
+    /// Whether its value stands in the file as it is: it has no entities.
+    pub(super) fn is_plain(&self) -> bool {
+        self.value.len() == (self.value_span.end - self.value_span.start) as usize
+    }
+
+    /// From its name to the quote behind its value.
+    pub(super) fn whole(&self) -> Span {
+        let quote = u32::from(!self.value.is_empty());
+        Span { end: self.value_span.end + quote, ..self.name_span }
+    }
+}
+
 impl Document {
+    /// Adds to a problem the change that calls an element by another name, in both of its tags.
+    pub(super) fn rename(&self, problem: Problem, node: NodeId, name: Option<&str>) -> Problem {
+        let &Node { span, end, .. } = self.node(node);
+        let start = Span { start: span.start + 1, ..span };
+        let problem = problem.replace(start, name);
+        match end {
+            Some(end) => problem.replace(end, name),
+            None => problem,
+        }
+    }
+
     /// The scene as one file, which includes no others and means the same.
     pub fn joined(&self) -> String {
         let mut tags: Vec<Vec<(Span, Option<u32>)>> = vec![Vec::new(); self.files.len()];
@@ -124,8 +151,8 @@ impl Document {
 
     /// The `index`-th word of an attribute's value (all of it if it has entities, which move the words).
     pub fn word_span(&self, attribute: &Attribute, index: usize) -> Span {
-        let Span { file, start, end } = attribute.value_span;
-        if attribute.value.len() != (end - start) as usize {
+        let Span { file, start, .. } = attribute.value_span;
+        if !attribute.is_plain() {
             return attribute.value_span;
         }
         match attribute.value.split_ascii_whitespace().nth(index) {

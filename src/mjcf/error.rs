@@ -1,5 +1,7 @@
 //! The catalogue of everything that can be wrong with a file: one enum, one careful sentence each.
 
+use quick_xml::escape::escape;
+
 use super::document::Span;
 
 /// Something wrong in a file, with its place.
@@ -13,12 +15,23 @@ pub struct Problem {
     pub related: Vec<(Span, String)>,
     /// What to do, if it is known ("did you mean `friction`?").
     pub help: Option<String>,
+    /// The same as changes of the text, where nothing is left to decide: all of them, or none.
+    pub fix: Vec<Edit>,
+}
+
+/// A change of a file's text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Edit {
+    /// What is replaced.
+    pub span: Span,
+    /// What stands there then, as XML.
+    pub text: String,
 }
 
 impl Problem {
     /// A problem without further help.
     pub fn new(kind: ProblemKind, span: Span) -> Problem {
-        Problem { kind, span, related: Vec::new(), help: None }
+        Problem { kind, span, related: Vec::new(), help: None, fix: Vec::new() }
     }
 
     /// Adds what to do about it.
@@ -35,6 +48,33 @@ impl Problem {
         self
     }
 
+    /// "did you mean …?", and the change that writes it in the problem's place.
+    pub fn correct(self, name: Option<&str>) -> Problem {
+        let problem = self.suggest(name);
+        let span = problem.span;
+        problem.replace(span, name)
+    }
+
+    /// Adds advice about a value, with the change that follows it. `value`: its place, `word` that of the number meant.
+    pub fn advise(self, advice: Advice, word: Option<Span>, value: Span) -> Problem {
+        let (help, edit) = match advice {
+            Advice::Text(help) => (help, None),
+            Advice::Word(help, text) => (help, word.map(|word| (word, text))),
+            Advice::Value(help, text) => (help, Some((value, text))),
+        };
+        let problem = if help.is_empty() { self } else { self.help(help) };
+        match edit {
+            Some((span, text)) => problem.replace(span, Some(&text)),
+            None => problem,
+        }
+    }
+
+    /// Adds a change: this text, if there is one, in place of what stands there.
+    pub fn replace(mut self, span: Span, text: Option<&str>) -> Problem {
+        self.fix.extend(text.map(|text| Edit { span, text: escape(text).into_owned() }));
+        self
+    }
+
     /// Adds a second place to look at.
     pub fn related(mut self, span: Span, label: impl Into<String>) -> Problem {
         self.related.push((span, label.into()));
@@ -44,6 +84,38 @@ impl Problem {
     /// Whether it keeps the scene from being simulated.
     pub fn severity(&self) -> Severity {
         self.kind.severity()
+    }
+}
+
+/// What to do about a number or a value, in words and, where nothing is left to decide, as text to write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Advice {
+    /// Words alone.
+    Text(String),
+    /// Words, and what to write instead of one number.
+    Word(String, String),
+    /// Words, and what to write instead of the whole value.
+    Value(String, String),
+}
+
+impl Advice {
+    /// The words.
+    pub fn help(&self) -> &str {
+        match self {
+            Advice::Text(help) | Advice::Word(help, _) | Advice::Value(help, _) => help,
+        }
+    }
+}
+
+impl From<&str> for Advice {
+    fn from(help: &str) -> Advice {
+        Advice::Text(help.to_string())
+    }
+}
+
+impl From<String> for Advice {
+    fn from(help: String) -> Advice {
+        Advice::Text(help)
     }
 }
 

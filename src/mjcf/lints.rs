@@ -6,12 +6,12 @@ use std::f64::consts::PI;
 
 use super::defaults::{Value, Values};
 use super::document::{Document, NodeId};
-use super::error::{Problem, ProblemKind};
+use super::error::{Advice, Problem, ProblemKind};
 use super::schema::{Element, Lint};
 use super::suggestions::{neat, unit_of};
 
 /// What is questionable about number `index` of an attribute's `all`, and what to write instead.
-pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64]) -> Option<(ProblemKind, String)> {
+pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64]) -> Option<(ProblemKind, Advice)> {
     let (attribute, value, word) = (attribute.to_string(), *all.get(index)?, word.to_string());
     match doubt {
         Lint::Clamped(bounds) => {
@@ -21,12 +21,13 @@ pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64
             if index == 0 && value == 0.0 {
                 return None;
             }
-            Some((ProblemKind::Clamped { attribute, word, used, low, high }, format!("write `{used}`")))
+            let advice = Advice::Word(format!("write `{used}`"), used.to_string());
+            Some((ProblemKind::Clamped { attribute, word, used, low, high }, advice))
         }
         Lint::Raised(least) if value > 0.0 && value < least => {
             let used = least.to_string();
             let help = format!("write `{used}`, or `0` for as little as there can be");
-            Some((ProblemKind::Raised { attribute, word, used }, help))
+            Some((ProblemKind::Raised { attribute, word, used }, help.into()))
         }
         // One warning a colour: at the first number that is beyond.
         Lint::Colour if all.iter().position(|c| !(0.0..=1.0).contains(c)) == Some(index) => {
@@ -35,20 +36,23 @@ pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64
             let part = |(i, c): (usize, &f64)| if i == 3 && *c <= 1.0 { *c } else { (c / 2.55).round() / 100.0 };
             let help = if bytes {
                 let parts: Vec<String> = all.iter().enumerate().map(|c| part(c).to_string()).collect();
-                format!("divide by 255: `{}`", parts.join(" "))
+                let meant = parts.join(" ");
+                Advice::Value(format!("divide by 255: `{meant}`"), meant)
             } else {
-                "1 is full brightness, 0 is none".to_string()
+                "1 is full brightness, 0 is none".into()
             };
             Some((ProblemKind::ColourCut { attribute, word }, help))
         }
         Lint::TooLong(seconds) if value >= seconds => {
-            let help = format!("it is in seconds: {word} ms are `{}`", neat(value / 1e3));
-            Some((ProblemKind::LongTimestep { word }, help))
+            let meant = neat(value / 1e3);
+            let advice = Advice::Word(format!("it is in seconds: {word} ms are `{meant}`"), meant);
+            Some((ProblemKind::LongTimestep { word }, advice))
         }
         // Densities in g/cm³ are mostly broken numbers (7.85, 2.7, 1.2); a whole one may be meant.
         Lint::Density if (0.1..23.0).contains(&value) && value.fract() != 0.0 => {
-            let help = format!("it is in kg/m³: {word} g/cm³ are `{}`", neat(value * 1e3));
-            Some((ProblemKind::LightDensity { word }, help))
+            let meant = neat(value * 1e3);
+            let advice = Advice::Word(format!("it is in kg/m³: {word} g/cm³ are `{meant}`"), meant);
+            Some((ProblemKind::LightDensity { word }, advice))
         }
         _ => None,
     }
@@ -129,8 +133,10 @@ pub fn degrees(document: &Document, node: NodeId, row: &Element, values: &Values
             word: largest.to_string(),
             turns: turned(largest),
         };
-        let help = format!("write `{}`, or `<compiler angle=\"degree\"/>` for the whole scene", help.join(" "));
-        problems.push(Problem::new(kind, attribute.value_span).help(help));
+        let meant = help.join(" ");
+        let help = format!("write `{meant}`, or `<compiler angle=\"degree\"/>` for the whole scene");
+        let problem = Problem::new(kind, attribute.value_span).help(help);
+        problems.push(problem.replace(attribute.value_span, Some(&meant)));
     }
 }
 
@@ -180,8 +186,10 @@ pub fn radians(document: &Document, node: NodeId, row: &Element, values: &Values
         };
         let help: Vec<String> = all.iter().enumerate().map(degrees).collect();
         let kind = ProblemKind::LooksLikeRadians { attribute: attribute.name.clone() };
-        let help = format!("write `{}`, or `<compiler angle=\"radian\"/>` for the whole scene", help.join(" "));
-        problems.push(Problem::new(kind, attribute.value_span).help(help));
+        let meant = help.join(" ");
+        let help = format!("write `{meant}`, or `<compiler angle=\"radian\"/>` for the whole scene");
+        let problem = Problem::new(kind, attribute.value_span).help(help);
+        problems.push(problem.replace(attribute.value_span, Some(&meant)));
     }
 }
 

@@ -12,6 +12,7 @@ mod defaults;
 pub mod document;
 pub mod error;
 mod files;
+mod fixes;
 mod item;
 mod limits;
 pub(crate) mod lints;
@@ -35,8 +36,9 @@ use std::path::Path;
 
 pub(crate) use defaults::{MAIN, ORIENTATIONS, family};
 pub use document::{Document, NodeId, Span};
-pub use error::{Problem, ProblemKind, Severity};
+pub use error::{Edit, Problem, ProblemKind, Severity};
 pub(crate) use files::files_of;
+pub use fixes::{Fixed, fixed};
 pub use limits::Limits;
 pub use nearest::nearest;
 pub(crate) use printable::is_command;

@@ -345,7 +345,7 @@ impl Parser<'_> {
                 into
             }
             _ if name == "include" && parent.is_some() => {
-                let include = Node { name: name.to_string(), span, attributes, children: Vec::new() };
+                let include = Node { name: name.to_string(), span, end: None, attributes, children: Vec::new() };
                 let parent = parent.unwrap_or_default();
                 let next = self.document.files.len();
                 self.include(&include, parent, file);
@@ -358,7 +358,7 @@ impl Parser<'_> {
             _ if self.document.nodes.len() >= self.limits.elements => {
                 return self.exceeds("elements", self.limits.elements, span);
             }
-            _ => self.push(Node { name: name.to_string(), span, attributes, children: Vec::new() }, parent),
+            _ => self.push(Node { name: name.to_string(), span, end: None, attributes, children: Vec::new() }, parent),
         };
         if has_content {
             file.stack.push(Open { name: name.to_string(), span, node });
@@ -504,7 +504,8 @@ impl Parser<'_> {
             }
             self.problems.push(
                 Problem::new(ProblemKind::UnmatchedEnd { element: name.to_string() }, span)
-                    .suggest(close.map(|c| format!("<{c}>")).as_deref()),
+                    .suggest(close.as_ref().map(|c| format!("<{c}>")).as_deref())
+                    .replace(Span { start: span.start + 1, end: span.end - 1, ..span }, close.as_deref()),
             );
             return;
         };
@@ -515,7 +516,13 @@ impl Parser<'_> {
                     .related(span, format!("`</{name}>` comes first")),
             );
         }
-        file.stack.pop();
+        if let Some(open) = file.stack.pop() {
+            let node = &mut self.document.nodes[open.node.0 as usize];
+            // Children of an included file's outermost element are the include's parent's.
+            if node.span == open.span {
+                node.end = Some(Span::new(span.file, span.start as usize + 2, span.start as usize + 2 + name.len()));
+            }
+        }
         let contents = &mut self.document.contents;
         match depth {
             0 => contents.iter_mut().filter(|c| c.file == file.number).for_each(|c| c.end = span.start),
@@ -556,7 +563,7 @@ impl Parser<'_> {
         let mut misspelt = false;
         for other in include.attributes.iter().filter(|a| a.name != "file") {
             let kind = ProblemKind::UnknownAttribute { element: "include".into(), attribute: other.name.clone() };
-            self.problems.push(Problem::new(kind, other.name_span).suggest(nearest(&other.name, ["file"])));
+            self.problems.push(Problem::new(kind, other.name_span).correct(nearest(&other.name, ["file"])));
             misspelt = true;
         }
         let Some(attribute) = include.attributes.iter().find(|a| a.name == "file") else {
@@ -590,7 +597,7 @@ impl Parser<'_> {
                 let problem = Problem::new(*unread.kind, place);
                 self.problems.push(match unread.help {
                     Some(help) => problem.help(help),
-                    None => problem.suggest(near().as_deref()),
+                    None => problem.correct(near().as_deref()),
                 });
             }
             Ok(text) => {

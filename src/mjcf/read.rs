@@ -321,7 +321,7 @@ impl Reader<'_> {
             let help = if others.contains(&name) {
                 problem.help(format!("it is a {other}: write `<{other} name=\"{name}\" data=…/>`"))
             } else if let Some(near) = near(known) {
-                problem.suggest(Some(near))
+                problem.correct(Some(near))
             } else if let Some(near) = near(others) {
                 problem.help(format!("did you mean `<{other} name=\"{near}\" data=…/>`?"))
             } else {

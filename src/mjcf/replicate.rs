@@ -154,7 +154,7 @@ fn frame(replicate: &Node, pos: &Vec3, quat: &Quat) -> Node {
         value_span: replicate.span,
     };
     let attributes = vec![attribute("pos", pos.as_slice()), attribute("quat", &math::wxyz(quat))];
-    Node { name: "frame".into(), span: replicate.span, attributes, children: Vec::new() }
+    Node { name: "frame".into(), span: replicate.span, end: None, attributes, children: Vec::new() }
 }
 
 fn push(document: &mut Document, node: Node) -> NodeId {

@@ -1,4 +1,6 @@
-//! What was probably meant by a word that is no number: the correction, as a sentence.
+//! What was probably meant by a word that is no number: the correction, as a sentence and as text.
+
+use super::error::Advice;
 
 /// Units that people write behind a number: the one that MJCF wants, and what to multiply by.
 const UNITS: &[(&str, &str, f64)] = &[
@@ -34,27 +36,28 @@ pub fn unit_of(units: &str, index: usize) -> &str {
 }
 
 /// For a word that is no number. `unit`: what the number is measured in.
-pub fn number(word: &str, unit: &str) -> String {
+pub fn number(word: &str, unit: &str) -> Advice {
     if let Some(meant) = retyped(word).filter(|w| w.parse::<f64>().is_ok()) {
-        return did_you_mean(word, &meant);
+        return Advice::Word(did_you_mean(word, &meant), meant);
     }
     if let Some((value, suffix)) = with_suffix(word)
         && let Some((_, base, scale)) = UNITS.iter().find(|(name, ..)| *name == suffix)
     {
         return match *base {
             "angle" if unit.ends_with("angle") => {
-                format!("write `{value}`; `<compiler angle=…>` says whether angles are in degrees or radians")
+                format!("write `{value}`; `<compiler angle=…>` says whether angles are in degrees or radians").into()
             }
             base if base == unit || unit.starts_with(&format!("{base} or ")) => {
-                format!("write `{}`: numbers stand without a unit, this one is in {base}", neat(value * scale))
+                let meant = neat(value * scale);
+                Advice::Word(format!("write `{meant}`: numbers stand without a unit, this one is in {base}"), meant)
             }
-            _ => format!("write the number alone{}", in_unit(unit)),
+            _ => format!("write the number alone{}", in_unit(unit)).into(),
         };
     }
     if word.contains(['/', '*', '(']) || word.contains("pi") {
-        return "formulas are not computed: write the number itself, such as `1.5708`".to_string();
+        return "formulas are not computed: write the number itself, such as `1.5708`".into();
     }
-    a_number(unit)
+    a_number(unit).into()
 }
 
 /// Where nothing tells what was meant.
@@ -63,14 +66,14 @@ pub fn a_number(unit: &str) -> String {
 }
 
 /// For a word that is no whole number.
-pub fn integer(word: &str) -> String {
+pub fn integer(word: &str) -> Advice {
     let whole = |w: &String| w.parse::<i32>().is_ok();
     if let Some(meant) = retyped(word).filter(whole) {
-        return did_you_mean(word, &meant);
+        return Advice::Word(did_you_mean(word, &meant), meant);
     }
     match word.parse::<f64>().ok().filter(|x| x.fract() == 0.0).map(neat).filter(whole) {
-        Some(meant) => format!("write `{meant}`, without a point"),
-        None => "write a whole number such as `1`".to_string(),
+        Some(meant) => Advice::Word(format!("write `{meant}`, without a point"), meant),
+        None => "write a whole number such as `1`".into(),
     }
 }
 
@@ -82,7 +85,7 @@ fn in_unit(unit: &str) -> String {
 /// For numbers that something other than blanks separates: commas, semicolons, blanks out of a typeset page.
 ///
 /// `value`: the whole attribute, which takes `min` to `max` numbers. `None` if that is not what is wrong with it.
-pub fn separators(value: &str, min: usize, max: usize) -> Option<String> {
+pub fn separators(value: &str, min: usize, max: usize) -> Option<Advice> {
     let fits =
         |words: &[String]| (min..=max).contains(&words.len()) && words.iter().all(|word| word.parse::<f64>().is_ok());
     // A decimal comma has a digit on either side; where one could as well separate, both readings are named.
@@ -99,10 +102,12 @@ pub fn separators(value: &str, min: usize, max: usize) -> Option<String> {
     let apart = Some(parts).filter(|words| fits(words)).map(|words| words.join(" "));
     match (decimal, apart) {
         (Some(decimal), Some(apart)) => {
-            Some(format!("a decimal point: `{decimal}`; or a blank between two: `{apart}`"))
+            Some(format!("a decimal point: `{decimal}`; or a blank between two: `{apart}`").into())
         }
-        (Some(decimal), None) => Some(format!("the decimal sign is a point: write `{decimal}`")),
-        (None, Some(apart)) => Some(format!("plain blanks separate numbers: write `{apart}`")),
+        (Some(decimal), None) => {
+            Some(Advice::Value(format!("the decimal sign is a point: write `{decimal}`"), decimal))
+        }
+        (None, Some(apart)) => Some(Advice::Value(format!("plain blanks separate numbers: write `{apart}`"), apart)),
         (None, None) => None,
     }
 }
@@ -148,6 +153,8 @@ mod tests {
 
     #[test]
     fn slips_of_the_hand_find_their_number() {
+        let number = |word, unit| number(word, unit).help().to_string();
+        let integer = |word| integer(word).help().to_string();
         assert_eq!(number("O.001", "s"), "did you mean `0.001`? (a zero, not the letter O)");
         assert_eq!(number("\u{2011}0.5", "m"), "did you mean `-0.5`? (a plain minus sign, not a dash)");
         assert_eq!(number("−1", "m"), "did you mean `-1`? (a plain minus sign, not a dash)");
@@ -163,7 +170,7 @@ mod tests {
 
     #[test]
     fn commas_are_read_as_what_fits() {
-        let help = |value, min, max| separators(value, min, max).unwrap_or_default();
+        let help = |value, min, max| separators(value, min, max).map_or(String::new(), |a| a.help().to_string());
         assert_eq!(help("0,001", 1, 1), "the decimal sign is a point: write `0.001`");
         assert_eq!(help("0, 0, -9.81", 3, 3), "plain blanks separate numbers: write `0 0 -9.81`");
         assert_eq!(help("0,0;-9.81", 3, 3), "plain blanks separate numbers: write `0 0 -9.81`");

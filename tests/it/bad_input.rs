@@ -216,3 +216,105 @@ fn damaged_files_never_panic_and_every_place_is_in_the_file() {
     }
     assert!(refused > 1000 && accepted > 100, "the damage tests nothing: {refused} refused, {accepted} accepted");
 }
+
+/// A folder of this test's own.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bad_input").join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn fixes_are_shown_and_made_only_on_request() {
+    let folder = folder("fixes");
+    let (main, part) = (folder.join("main.xml"), folder.join("part.xml"));
+    let text = "<mujoco>\n  <option timestep=\"2ms\" mpr_iterations=\"30\"\n    apirate=\"100\">\n    <flag passive=\"disable\"/>\n  \
+                </option>\n  <worldbody>\n    <geon type=\"plane\" size=\"1 1 1\" fricton=\"1 0.1\"></geon>\n  </worldbody>\n  \
+                <include file=\"part.xml\"/>\n</mujoco>\n";
+    let inner = "<mujoco>\n<worldbody><body><joint tpye=\"slide\"/>\n<geom size=\"O.1, 0.2\" material=\"a&amp;c\" type=\"box\"/>\n\
+                 <geom density=\"7.85\" size=\"0.1\" rgba=\"255 0 0 1\"/></body></worldbody>\n<asset><material name=\"a&amp;b\"/></asset></mujoco>\n";
+    (std::fs::write(&main, text).unwrap(), std::fs::write(&part, inner).unwrap());
+    let scene = main.to_str().unwrap();
+    let (code, said) = penny(&["check", "--fix", scene]);
+    assert_eq!(code, Some(1), "{said}");
+    let hunk = "@@ -1,10 +1,9 @@\n <mujoco>\n-  <option timestep=\"2ms\" mpr_iterations=\"30\"\n-    apirate=\"100\">\n-    <flag \
+                passive=\"disable\"/>\n+  <option timestep=\"0.002\" ccd_iterations=\"30\">\n+    <flag spring=\"disable\" \
+                damper=\"disable\"/>\n   </option>\n   <worldbody>\n-    <geon type=\"plane\" size=\"1 1 1\" fricton=\"1 \
+                0.1\"></geon>\n+    <geom type=\"plane\" size=\"1 1 1\" friction=\"1 0.1\"></geom>\n   </worldbody>\n";
+    assert!(said.contains(hunk), "{said}\n{hunk}");
+    let read = |path: &Path| std::fs::read_to_string(path).unwrap();
+    assert_eq!([read(&main), read(&part)], [text, inner], "nothing is written");
+    // What is left is for a person to decide: two numbers for three.
+    let (code, said) = penny(&["check", "--fix", "--write", scene]);
+    assert!(code == Some(1) && said.contains("main.xml: 1 error"), "{said}");
+    let fixed = "<body><joint type=\"slide\"/>\n<geom size=\"O.1, 0.2\" material=\"a&amp;b\" type=\"box\"/>\n\
+                 <geom density=\"7850\" size=\"0.1\" rgba=\"1 0 0 1\"/></body>";
+    assert!(read(&part).contains(fixed), "{}", read(&part));
+    assert!(read(&main).contains("<geom type=\"plane\" size=\"1 1 1\" friction=\"1 0.1\"></geom>"), "{}", read(&main));
+    let (code, _) = penny(&["check", "--write", scene]);
+    assert_eq!(code, Some(2), "--write alone");
+}
+
+#[test]
+fn what_is_fixed_is_no_longer_wrong() {
+    for (_, path) in cases() {
+        let problems_of = |name: &str, text: &str| match penny::parse(name, text) {
+            Ok(scene) => (scene.document, scene.warnings),
+            Err(failure) => (failure.document, failure.problems),
+        };
+        let Ok(text) = std::fs::read_to_string(&path) else { continue };
+        let name = path.display().to_string();
+        let (document, problems) = problems_of(&name, &text);
+        let Some(fixed) = mjcf::fixed(&document, &problems).into_iter().find(|fixed| fixed.file == 0) else { continue };
+        let count = |problems: &[Problem]| problems.iter().filter(|p| !p.fix.is_empty() && p.span.file == 0).count();
+        let (again, left) = problems_of(&name, &fixed.text);
+        // A mended name can show what it had hidden.
+        assert!(count(&left) < count(&problems), "{name}:\n{}\n{}", fixed.text, mjcf::render(&again, &left, false));
+        assert!(fixed.diff(&document).lines().count() > 5, "{name}");
+    }
+}
+
+#[test]
+fn programs_read_problems_as_json_and_sarif() {
+    let bad = format!("{FOLDER}/misspelt_attribute.xml");
+    let json = |option: &str| {
+        let (code, text) = penny(&["check", option, &bad, "models/disk.xml"]);
+        assert_eq!(code, Some(1));
+        serde_json::from_str::<serde_json::Value>(&text).unwrap_or_else(|e| panic!("{e}: {text}"))
+    };
+    let own = json("--json");
+    let problem = &own["scenes"][0]["problems"][0];
+    let expected = |of: &str| problem[of].as_str().unwrap_or_default().to_string();
+    assert_eq!(
+        [expected("code"), expected("severity"), expected("file")],
+        ["unknown-attribute", "error", bad.as_str()]
+    );
+    let (line, column) = (problem["region"]["startLine"].as_u64(), problem["region"]["startColumn"].as_u64());
+    let report = std::fs::read_to_string(crate::file(&bad).with_extension("txt")).unwrap();
+    assert!(report.contains(&format!("{bad}:{}:{}\n", line.unwrap(), column.unwrap())), "{problem} {report}");
+    assert_eq!(problem["fix"][0]["region"], problem["region"]);
+    assert_eq!((&own["scenes"][1]["errors"], &own["scenes"][1]["problems"]), (&0.into(), &serde_json::json!([])));
+
+    let sarif = json("--sarif");
+    let run = &sarif["runs"][0];
+    assert_eq!((&sarif["version"], &run["tool"]["driver"]["name"]), (&"2.1.0".into(), &"penny".into()));
+    let result = &run["results"][0];
+    assert_eq!((&result["ruleId"], &result["level"]), (&"unknown-attribute".into(), &"error".into()));
+    assert_eq!(result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"], bad);
+    assert_eq!(result["locations"][0]["physicalLocation"]["region"], problem["region"]);
+    let change = &result["fixes"][0]["artifactChanges"][0]["replacements"][0];
+    assert_eq!(change["insertedContent"]["text"], problem["fix"][0]["text"]);
+    let rules = run["tool"]["driver"]["rules"].as_array().unwrap();
+    assert!(rules.iter().any(|rule| rule["id"] == "unknown-attribute"));
+}
+
+#[test]
+fn warnings_can_be_denied() {
+    let doubtful = format!("{FOLDER}/doubtful_numbers.xml");
+    let code = |args: &[&str]| penny(&[&["check"], args].concat()).0;
+    assert_eq!(code(&[&doubtful]), Some(0));
+    assert_eq!(code(&[&doubtful, "--deny", "warnings"]), Some(1));
+    assert_eq!(code(&["models/disk.xml", "--deny", "warnings"]), Some(0));
+    assert_eq!(code(&[&doubtful, "--deny", "warnings", "--sarif"]), Some(1));
+    assert_eq!(code(&[&doubtful, "--deny", "errors"]), Some(2));
+}

@@ -1,13 +1,17 @@
-//! `penny check`: every problem of scene files.
+//! `penny check`: every problem of scene files, for people and for programs, and the changes that mend what can be mended.
+
+mod report;
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use self::report::Found;
 use super::Failure;
+use super::files;
 use super::format::count;
 use super::run::warnings::Overlap;
 use super::scene::LimitArgs;
-use penny::mjcf::{self, Problem, Severity};
+use penny::mjcf::{self, Document, Fixed, Severity};
 use penny::model::Model;
 use penny::state::State;
 use penny_lab::record::Recorder;
@@ -17,35 +21,109 @@ pub struct Args {
     /// MJCF files
     #[arg(value_name = "SCENE.xml", required = true)]
     scenes: Vec<PathBuf>,
+    /// Show the changes that would mend misspelt and renamed names and numbers in another unit, as a diff
+    #[arg(long)]
+    fix: bool,
+    /// Make these changes, each file in one go, and check again
+    #[arg(long, requires = "fix")]
+    write: bool,
+    /// All problems as JSON on standard output
+    #[arg(long, conflicts_with_all = ["sarif", "fix"])]
+    json: bool,
+    /// All problems as SARIF 2.1.0 on standard output, for editors and continuous integration
+    #[arg(long, conflicts_with = "fix")]
+    sarif: bool,
+    /// End with exit code 1 where there are warnings, too
+    #[arg(long, value_name = "warnings", value_parser = ["warnings"])]
+    deny: Option<String>,
     #[command(flatten)]
     limits: LimitArgs,
 }
 
 pub fn check(args: &Args) -> Result<(), Failure> {
+    if args.json || args.sarif {
+        let all: Vec<Found> = args.scenes.iter().map(|path| find(path, args)).collect();
+        let value = if args.json { report::json(&all) } else { report::sarif(&all) };
+        println!("{value:#}");
+        return if all.iter().any(|found| args.refuses(found)) { Err(Failure::Told) } else { Ok(()) };
+    }
     let colour = std::io::stderr().is_terminal();
     let mut refused = Vec::new();
     for path in &args.scenes {
-        let file = path.display();
-        match penny::load_within(path, &args.limits.limits()) {
-            Ok(scene) => {
-                let doubts = doubts(&scene.model);
-                if !scene.warnings.is_empty() {
-                    eprintln!("{}\n", mjcf::render(&scene.document, &scene.warnings, colour).trim_end());
-                }
-                doubts.iter().for_each(|doubt| eprintln!("{}\n", doubt.trim_end()));
-                let found = scene.warnings.len() + doubts.len();
-                match found {
-                    0 => println!("{file}: fine"),
-                    _ => println!("{file}: fine, with {}", count(found, "warning", "warnings")),
-                }
+        let (file, mut found) = (path.display(), find(path, args));
+        let mut proposed = Vec::new();
+        if args.fix {
+            proposed = mjcf::fixed(&found.document, &found.problems);
+            for fixed in &proposed {
+                print!("{}", fixed.diff(&found.document));
             }
-            Err(failure) => {
-                let report = mjcf::render(&failure.document, &failure.problems, colour);
-                refused.push(format!("{report}\n{file}: {}\n", counts(&failure.problems)));
+        }
+        if args.write && !proposed.is_empty() {
+            write(&found.document, &proposed)?;
+            let changes = proposed.iter().map(|fixed| fixed.edits.len()).sum();
+            println!("{file}: {} written", count(changes, "change", "changes"));
+            found = find(path, args);
+            proposed.clear();
+        }
+        let mut text = mjcf::render(&found.document, &found.problems, colour).trim_end().to_owned();
+        for doubt in &found.doubts {
+            text = format!("{text}\n\n{}", doubt.trim_end());
+        }
+        let text = text.trim_start();
+        let is_bad = found.count(Severity::Error) > 0;
+        if args.refuses(&found) {
+            let fine = if is_bad { "" } else { "fine, but for " };
+            refused.push(format!("{text}\n\n{file}: {fine}{}\n", counts(&found)));
+        } else {
+            if !text.is_empty() {
+                eprintln!("{text}\n");
             }
+            match found.count(Severity::Warning) {
+                0 => println!("{file}: fine"),
+                n => println!("{file}: fine, with {}", count(n, "warning", "warnings")),
+            }
+        }
+        if !proposed.is_empty() {
+            println!("{file}: --fix --write makes the changes");
         }
     }
     if refused.is_empty() { Ok(()) } else { Err(Failure::Problem(refused.join("\n"))) }
+}
+
+impl Args {
+    fn refuses(&self, found: &Found) -> bool {
+        found.count(Severity::Error) > 0 || (self.deny.is_some() && found.count(Severity::Warning) > 0)
+    }
+}
+
+fn find(path: &Path, args: &Args) -> Found {
+    let scene = path.display().to_string();
+    match penny::load_within(path, &args.limits.limits()) {
+        Ok(found) => {
+            let doubts = doubts(&found.model);
+            Found { scene, document: found.document, problems: found.warnings, doubts }
+        }
+        Err(failure) => Found { scene, document: failure.document, problems: failure.problems, doubts: Vec::new() },
+    }
+}
+
+/// Writes the files, each in one go.
+///
+/// Errors: one cannot be written, or is no longer what was read.
+fn write(document: &Document, all: &[Fixed]) -> Result<(), Failure> {
+    for fixed in all {
+        let source = &document.files[fixed.file];
+        let cannot = |e| files::cannot_write(&source.path, &e);
+        let now = std::fs::read_to_string(&source.path).map_err(cannot)?;
+        // A byte order mark is no part of the text that was read.
+        let mark = if now.starts_with('\u{feff}') { "\u{feff}" } else { "" };
+        if now[mark.len()..] != source.text {
+            let why = format!("error: `{}` has changed meanwhile: check it again", source.name);
+            return Err(Failure::Problem(why));
+        }
+        files::write(&source.path, &format!("{mark}{}", fixed.text))?;
+    }
+    Ok(())
 }
 
 /// What only shows where the scene begins: overlaps, joints beyond their limits, in the scene's own start and in keyframes.
@@ -95,8 +173,8 @@ fn grouped(places: &mut Vec<(String, Vec<String>)>, model: &Model, state: &State
 }
 
 /// "2 errors, 1 warning"; what there is none of is left out.
-fn counts(problems: &[Problem]) -> String {
-    let of = |severity| problems.iter().filter(|p| p.severity() == severity).count();
+fn counts(found: &Found) -> String {
+    let of = |severity| found.count(severity);
     let parts = [(of(Severity::Error), "error", "errors"), (of(Severity::Warning), "warning", "warnings")];
     parts.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| count(n, one, many)).collect::<Vec<_>>().join(", ")
 }

@@ -121,6 +121,8 @@ enum Failure {
     Problem(String),
     /// The command line asks for what cannot be: exit code 2.
     Usage(String),
+    /// The scene has a problem, and the report says all: exit code 1.
+    Told,
     /// A signal ended it, and all was told: this exit code.
     Interrupted(u8),
     /// Whoever read the output has enough (`| head`): nothing to say.
@@ -184,6 +186,7 @@ fn main() -> ExitCode {
     };
     let (text, code) = match outcome {
         Ok(()) | Err(Failure::Closed) => return ExitCode::SUCCESS,
+        Err(Failure::Told) => return ExitCode::from(1),
         Err(Failure::Interrupted(code)) => return ExitCode::from(code),
         Err(Failure::Problem(text)) => (text, 1),
         Err(Failure::Usage(text)) => (text, 2),
