@@ -176,6 +176,9 @@ fn the_table_shows_what_matters_in_the_scene() {
     let chosen = heading(&[&path, "--show", "crate.wx,ground-crate.fn,energy"]);
     let words = ["crate.wx rad/s", "ground–crate.fn N", "energy J", "kinetic "];
     assert!(words.iter().all(|w| chosen.contains(w)) && !chosen.contains("penetration"), "{chosen}");
+    let said = crate::said(&penny(&[&path, "--show", "all"]));
+    let wide = said.lines().map(|l| l.chars().count()).max();
+    assert!(wide < Some(140) && said.contains("more of what was asked for do not fit here"), "{said}");
     let wrong = penny(&[&path, "--show", "crate.zz"]);
     let said = crate::said(&wrong);
     assert!(

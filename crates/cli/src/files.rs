@@ -5,6 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::Failure;
 use penny::draft::{self, Draft, real};
+use penny::forward::Method;
+use penny::model::Model;
+use penny::state::State;
+use penny_lab::record::write_state as write_state_text;
 
 /// Checks that files to write (with the options that name them) are apart from one another and from those to read.
 ///
@@ -72,6 +76,14 @@ pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
         draft::write(path, text)
     };
     written.map_err(|e| cannot_write(path, &e))
+}
+
+/// Writes a state for `--load-state`.
+///
+/// Errors: [`cannot_write`]; numbers that are not finite.
+pub fn write_state(path: &Path, model: &Model, method: &Method, state: &State) -> Result<(), Failure> {
+    let text = write_state_text(model, method, state).map_err(|e| Failure::Problem(format!("error: {e}")))?;
+    write(path, &text)
 }
 
 /// A file, or standard output where the path is `-`, could not be written.

@@ -19,6 +19,9 @@ pub struct Args {
     /// Write the session's inputs to this file when the window is closed
     #[arg(long, value_name = "run.json")]
     record: Option<PathBuf>,
+    /// Write the state when the window is closed, for --load-state
+    #[arg(long, value_name = "FILE")]
+    save_state: Option<PathBuf>,
     /// Play a recorded session again, bit for bit
     #[arg(long, value_name = "run.json", conflicts_with = "scene")]
     replay: Option<PathBuf>,
@@ -93,7 +96,7 @@ pub fn play(args: &Args) -> Result<(), Failure> {
     use penny::contact;
     use penny_view::session::Source;
     use penny_view::stage::Stage;
-    use penny_window::window::{Open, run};
+    use penny_window::window::{Last, Open, run};
     let limits = args.limits.limits();
     let chosen = args.level.as_deref().map(level).transpose()?;
     if let Some(name) = args.ghost.as_deref().filter(|name| contact::by_name(name).is_none()) {
@@ -101,9 +104,10 @@ pub fn play(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("error: there is no contact law `{name}`: there is {}", names.join(", "))));
     }
     let read: Vec<PathBuf> = args.scene.iter().chain(&args.replay).cloned().collect();
-    let apart = |read: &[PathBuf]| files::apart(read, &[("--record", args.record.as_deref())]);
+    let written = [("--record", args.record.as_deref()), ("--save-state", args.save_state.as_deref())];
+    let apart = |read: &[PathBuf]| files::apart(read, &written);
     apart(&read)?;
-    args.record.as_deref().map_or(Ok(()), files::writable)?;
+    written.iter().try_for_each(|(_, path)| path.map_or(Ok(()), files::writable))?;
     let (path, files, mut stage) = match (&args.replay, &args.scene) {
         (Some(run), _) => {
             let (session, player, read) = recorded(run, &limits)?;
@@ -137,7 +141,13 @@ pub fn play(args: &Args) -> Result<(), Failure> {
         (None, None) => return Err(Failure::Usage("error: name a scene: penny play SCENE.xml".to_owned())),
     };
     stage.set_ghost(args.ghost.as_deref());
-    run(Open { path, stage, files, limits, record: args.record.clone() })
+    let last = args.save_state.clone().map(|path| -> Last {
+        Box::new(move |session| match files::write_state(&path, &session.model, &session.method, &session.state) {
+            Err(Failure::Problem(text) | Failure::Usage(text)) => Err(text.trim_start_matches("error: ").to_owned()),
+            _ => Ok(()),
+        })
+    });
+    run(Open { path, stage, files, limits, record: args.record.clone(), last })
         .map_err(|e| Failure::Problem(format!("error: {e}")))
 }
 
@@ -148,6 +158,7 @@ pub fn play(args: &Args) -> Result<(), Failure> {
         &args.replay,
         &args.from,
         &args.record,
+        &args.save_state,
         &args.seed,
         &args.ghost,
         &args.method,

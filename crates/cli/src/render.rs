@@ -25,6 +25,9 @@ pub struct Args {
     /// File to write: .gif, .png (the last picture), .apng, .mp4 or .webm (these two through ffmpeg)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Write the state at the end of the film, for --load-state
+    #[arg(long, value_name = "FILE")]
+    save_state: Option<PathBuf>,
     /// Pixels [default: 640x480, with --panel 1280x720]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[usize; 2]>,
@@ -71,7 +74,8 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     let format = Format::of(&args.output).map_err(usage)?;
     let (mut session, player, mut read) = session(args)?;
     read.push(args.input.clone());
-    files::apart(&read, &[("--output", Some(&args.output))])?;
+    files::apart(&read, &[("--output", Some(&args.output)), ("--save-state", args.save_state.as_deref())])?;
+    args.save_state.as_deref().map_or(Ok(()), files::writable)?;
     let recorded = player.as_ref().map(|p| p.log().duration());
     let from = args.from.unwrap_or(0.0);
     if let Some(all) = recorded.filter(|all| from >= *all) {
@@ -130,6 +134,9 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     video.finish().map_err(cannot)?;
     draft.keep().map_err(|e| files::cannot_write(&args.output, &e))?;
     bar.finish_and_clear();
+    if let Some(path) = &args.save_state {
+        files::write_state(path, &session.model, &session.method, &session.state)?;
+    }
     println!("{}: {}", args.output.display(), counted(frames - first, fps));
     println!("{}", session.summary());
     Ok(())

@@ -224,8 +224,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Problem(self::report(&model, &method, &data, &error)));
     }
     if let Some(path) = &args.save_state {
-        let text = record::write_state(&model, &method, &state).map_err(|e| Failure::Problem(format!("error: {e}")))?;
-        files::write(path, &text)?;
+        files::write_state(path, &model, &method, &state)?;
     }
     if steps > 0 {
         recorder.forces(&model, &method, &state);

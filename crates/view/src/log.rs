@@ -34,17 +34,30 @@ pub struct Log {
 }
 
 /// The state that the session began in.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     pub time: f64,
     pub qpos: Vec<f64>,
     pub qvel: Vec<f64>,
     pub ctrl: Vec<f64>,
+    /// The whole of it, where there is more to it: activations, mocap bodies, what the contact law starts from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub whole: Option<State>,
 }
 
 impl Start {
     pub fn of(state: &State) -> Start {
-        Start { time: state.time, qpos: state.qpos.clone(), qvel: state.qvel.clone(), ctrl: state.ctrl.clone() }
+        let State { act, mocap_pos, eq_active, xfrc_applied, qfrc_applied, qacc_warmstart, warm, .. } = state;
+        let zero = |x: &f64| *x == 0.0;
+        let lists = mocap_pos.is_empty() && eq_active.is_empty() && xfrc_applied.is_empty() && qfrc_applied.is_empty();
+        let plain = lists && warm.is_empty() && act.iter().all(zero) && qacc_warmstart.iter().all(zero);
+        Start {
+            time: state.time,
+            qpos: state.qpos.clone(),
+            qvel: state.qvel.clone(),
+            ctrl: state.ctrl.clone(),
+            whole: (!plain).then(|| state.clone()),
+        }
     }
 }
 

@@ -311,9 +311,13 @@ impl Player {
 }
 
 fn restored(model: &Model, start: &Start) -> Result<State, String> {
-    let mut state = State::new(model);
-    let fits = start.qpos.len() == model.nq && start.qvel.len() == model.nv && start.ctrl.len() == state.ctrl.len();
-    if !fits || start.qpos.iter().chain(&start.qvel).chain(&start.ctrl).any(|x| !x.is_finite()) {
+    let mut state = start.whole.clone().unwrap_or_else(|| State::new(model));
+    let fits =
+        start.qpos.len() == model.nq && start.qvel.len() == model.nv && start.ctrl.len() == model.actuators.len();
+    if !fits
+        || state.suits(model).is_err()
+        || start.qpos.iter().chain(&start.qvel).chain(&start.ctrl).any(|x| !x.is_finite())
+    {
         return Err("the recorded state does not fit this scene".to_owned());
     }
     state.time = start.time;

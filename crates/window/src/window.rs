@@ -11,6 +11,7 @@ use super::{App, Wish, free_name, say};
 use penny::mjcf::Limits;
 use penny_view::game::LEVELS;
 use penny_view::open;
+use penny_view::session::Session;
 use penny_view::stage::Stage;
 
 /// What a window is opened with.
@@ -23,7 +24,14 @@ pub struct Open {
     pub limits: Limits,
     /// Where the session's inputs go when the window is closed.
     pub record: Option<PathBuf>,
+    /// What else is done then.
+    ///
+    /// Errors: one sentence, which is told.
+    pub last: Option<Last>,
 }
+
+/// Done with the session when the window is closed.
+pub type Last = Box<dyn Fn(&Session) -> Result<(), String>>;
 
 struct Window {
     app: App,
@@ -34,6 +42,7 @@ struct Window {
     /// When it was written, s.
     kept: f64,
     record: Option<PathBuf>,
+    last: Option<Last>,
     watched: Vec<(PathBuf, Option<SystemTime>)>,
     looked: f64,
     /// Frames shown, and for how long, s.
@@ -138,6 +147,7 @@ impl Window {
             recorded: 0,
             kept: 0.0,
             record: open.record,
+            last: open.last,
             watched,
             looked: 0.0,
             frames: 0,
@@ -289,6 +299,11 @@ impl eframe::App for Window {
         say(&format!("{} frames, {:.1} a second", self.frames, self.frames as f64 / self.shown.max(1e-9)));
         if let Some(path) = &self.record
             && let Err(problem) = self.write_run(path)
+        {
+            say(&format!("error: {problem}"));
+        }
+        if let Some(last) = &self.last
+            && let Err(problem) = last(&self.app.stage.session)
         {
             say(&format!("error: {problem}"));
         }

@@ -15,8 +15,9 @@ use penny::model::{JointKind, Model};
 use penny::state::State;
 use penny_lab::record::{self, Group, Quantity, Sample};
 
-/// Columns of quantities that fit on a screen.
+/// Columns of chosen quantities, and characters of a line, that fit on a screen.
 const SHOWN: usize = 10;
+const WIDTH: usize = 120;
 /// Joints of an arm in the table.
 const JOINTS: usize = 6;
 /// A load below this is none, N.
@@ -25,6 +26,8 @@ const NO_LOAD: f64 = 1e-9;
 pub struct Table {
     /// Chosen by the user; else by the rule.
     asked: bool,
+    /// How many were asked for.
+    wanted: usize,
     quantities: Vec<Quantity>,
     lines: Vec<Line>,
 }
@@ -40,7 +43,7 @@ impl Table {
     pub fn new(model: &Model, shown: &[Quantity]) -> Table {
         let asked = !shown.is_empty();
         let quantities = if asked { shown.iter().take(SHOWN).cloned().collect() } else { record::usual(model) };
-        Table { asked, quantities, lines: Vec::new() }
+        Table { asked, wanted: shown.len(), quantities, lines: Vec::new() }
     }
 
     /// What a line needs the values of.
@@ -61,7 +64,23 @@ impl Table {
             column(name, unit, &of(&|l| l.values[i]))
         };
         if self.asked {
-            columns.extend((0..self.quantities.len()).map(quantity));
+            let width = |column: &[String]| 2 + column.iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
+            let mut room = WIDTH - width(&columns[0]);
+            for i in 0..self.quantities.len() {
+                let column = quantity(i);
+                // One there is always.
+                if i > 0 && width(&column) > room {
+                    break;
+                }
+                room = room.saturating_sub(width(&column));
+                columns.push(column);
+            }
+            if self.wanted >= columns.len() {
+                let more = self.wanted + 1 - columns.len();
+                caption += &format!(
+                    "  {more} more of what was asked for do not fit here: --csv, --json and --plot have all\n"
+                );
+            }
             return caption + &table(&transposed(columns));
         }
         let group = |group: Group| (0..self.quantities.len()).filter(move |&i| self.quantities[i].group == group);
