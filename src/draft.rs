@@ -103,3 +103,12 @@ fn beside(path: &Path) -> PathBuf {
     }
     path.with_file_name(name)
 }
+
+/// What the system says of a failure, for people: without the number of the error.
+pub fn reason(error: impl std::fmt::Display) -> String {
+    let text = error.to_string();
+    match text.split_once(" (os error") {
+        Some((reason, _)) => reason.to_owned(),
+        None => text,
+    }
+}

@@ -18,6 +18,7 @@ pub mod forward;
 pub mod integrate;
 pub mod kind;
 pub mod math;
+pub mod mesh;
 pub mod method;
 pub mod mjcf;
 pub mod model;
@@ -33,6 +34,7 @@ use std::path::Path;
 use mjcf::{Document, Loaded, Problem};
 
 pub use batch::Batch;
+pub use draft::reason;
 pub use mjcf::Failure;
 pub use simulation::Simulation;
 
@@ -67,15 +69,6 @@ pub fn parse(name: &str, text: &str) -> Result<Scene, Failure> {
 /// The same within limits of one's own.
 pub fn parse_within(name: &str, text: &str, limits: &mjcf::Limits) -> Result<Scene, Failure> {
     compiled(mjcf::parse_within(name, text, limits)?)
-}
-
-/// What the system says of a failure, for people: without the number of the error.
-pub fn reason(error: impl std::fmt::Display) -> String {
-    let text = error.to_string();
-    match text.split_once(" (os error") {
-        Some((reason, _)) => reason.to_owned(),
-        None => text,
-    }
 }
 
 fn compiled(Loaded { document, spec, mut warnings }: Loaded) -> Result<Scene, Failure> {

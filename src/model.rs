@@ -9,6 +9,7 @@ use std::ops::{Deref, Range};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::math::{Mat3, Quat, Vec3};
+use crate::mesh::Mesh;
 
 pub use crate::kind::{Activation, ActuatorKind, CameraMode, Cone, GeomKind, JointKind, SensorKind};
 
@@ -78,6 +79,8 @@ pub struct Parts {
     pub sites: Vec<Site>,
     /// By body.
     pub cameras: Vec<Camera>,
+    /// By body: what is only seen.
+    pub visuals: Vec<Visual>,
     /// In the order of the file.
     pub tendons: Vec<Tendon>,
     /// In the order of the file.
@@ -289,6 +292,21 @@ pub struct Dof {
     pub frictionloss: f64,
     /// Diagonal of M⁻¹ at `qpos0` (for free and ball joints the mean of each block of three).
     pub invweight0: f64,
+}
+
+/// A mesh that is only seen: it touches nothing and has no mass.
+#[derive(Clone, Debug)]
+pub struct Visual {
+    /// The body that it belongs to.
+    pub body: usize,
+    /// Pose in the body's frame.
+    pub pos: Vec3,
+    /// Orientation.
+    pub quat: Quat,
+    /// Its triangles.
+    pub mesh: Mesh,
+    /// Colour and opacity, 0 to 1.
+    pub rgba: [f32; 4],
 }
 
 /// A shape of a body.

@@ -5,7 +5,7 @@ use super::{Log, Names};
 use crate::dynamics::fluid;
 use crate::math::{Quat, Vec3};
 use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
-use crate::model::{Body, Camera, Dof, Geom, GeomKind, Joint, JointKind, Site, Tree};
+use crate::model::{Body, Camera, Dof, Geom, GeomKind, Joint, JointKind, Site, Tree, Visual};
 
 /// The scene laid out, each item with the element it came from.
 pub struct World<'a> {
@@ -15,6 +15,7 @@ pub struct World<'a> {
     pub geoms: Vec<Geom>,
     pub sites: Vec<Site>,
     pub cameras: Vec<Camera>,
+    pub visuals: Vec<Visual>,
     pub trees: Vec<Tree>,
     pub mocap: Vec<usize>,
     pub qpos0: Vec<f64>,
@@ -47,6 +48,7 @@ pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {
         geoms: Vec::new(),
         sites: Vec::new(),
         cameras: Vec::new(),
+        visuals: Vec::new(),
         trees: Vec::new(),
         mocap: Vec::new(),
         qpos0: Vec::new(),
@@ -113,6 +115,10 @@ fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, comp
     }
     for site in &body.sites {
         add_site(world, site, id, compiler, log);
+    }
+    for visual in &body.visuals {
+        let (pos, quat) = pose_or_report(&visual.pose, visual.node, compiler, log);
+        world.visuals.push(Visual { body: id, pos, quat, mesh: visual.mesh.clone(), rgba: visual.rgba });
     }
     for camera in &body.cameras {
         let (pos, quat) = pose_or_report(&camera.pose, camera.node, compiler, log);

@@ -67,6 +67,7 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         geoms: world.geoms,
         sites: world.sites,
         cameras: world.cameras,
+        visuals: world.visuals,
         na: actuators.iter().filter(|a| a.act.is_some()).count(),
         tendons,
         equalities,

@@ -5,10 +5,12 @@ use std::sync::Arc;
 use super::defaults::{MAIN, ORIENTATIONS, Values};
 use super::document::NodeId;
 use super::error::{Problem, ProblemKind};
+use super::files;
 use super::item::Item;
 use super::read::Reader;
 use super::schema;
 use super::spec::*;
+use crate::math::{Vec3, quat};
 
 /// What surrounds an element.
 #[derive(Clone, Copy)]
@@ -51,11 +53,7 @@ impl Reader<'_> {
                 "inertial" => body.inertial = self.inertial(child, context).or(body.inertial.take()),
                 "joint" => self.joint(child, body, context),
                 "freejoint" => self.freejoint(child, body, context),
-                "geom" => {
-                    if let Some(geom) = self.geom(child, body.node, context) {
-                        body.geoms.push(geom);
-                    }
-                }
+                "geom" => self.geom(child, body, context),
                 _ => {}
             }
         }
@@ -233,14 +231,16 @@ impl Reader<'_> {
     // Geoms.
 
     #[inline(never)]
-    fn geom(&mut self, node: NodeId, body: NodeId, context: &Context) -> Option<Geom> {
-        let item = self.item(node, "body", context.class)?;
-        let kind = self.geom_kind(&item, body, context)?;
+    fn geom(&mut self, node: NodeId, body: &mut Body, context: &Context) {
+        let Some(item) = self.item(node, "body", context.class) else { return };
+        let Some(kind) = self.geom_kind(&item, body.node, context) else {
+            return body.visuals.extend(self.visual(&item, context));
+        };
         if item.given("fromto") {
             self.fromto(&item);
         }
         let size: Vec<f64> = item.numbers("size");
-        Some(Geom {
+        body.geoms.push(Geom {
             node,
             name: item.name(),
             kind,
@@ -263,7 +263,51 @@ impl Reader<'_> {
             gap: item.number("gap"),
             fluid: (item.word("fluidshape") == "ellipsoid").then(|| item.array("fluidcoef")),
             rgba: item.array::<4>("rgba").map(|c| c as f32),
-        })
+        });
+    }
+
+    /// A mesh that is only seen, if pictures can show it.
+    fn visual(&mut self, item: &Item, context: &Context) -> Option<Visual> {
+        if item.word("type") != "mesh" {
+            return None;
+        }
+        let mesh = self.mesh(item.word("mesh")).filter(|mesh| Mesh::is_known(&mesh.path));
+        if mesh.is_none() {
+            let lost = "pictures show only meshes from OBJ and STL files; the motion is the same".to_string();
+            let kind = ProblemKind::Ignored { name: "mesh".into(), lost };
+            self.report(kind, self.document.value_span(item.node, "mesh"));
+        }
+        let rgba = item.array::<4>("rgba").map(|c| c as f32);
+        Some(Visual { node: item.node, pose: item.pose(context.frames), mesh: mesh?, rgba })
+    }
+
+    /// The mesh of that name, if it has a file.
+    fn mesh(&mut self, name: &str) -> Option<Mesh> {
+        if !self.meshes.contains_key(name) {
+            let mesh = self.find_mesh(name);
+            self.meshes.insert(name.to_string(), mesh);
+        }
+        self.meshes.get(name)?.clone()
+    }
+
+    fn find_mesh(&mut self, name: &str) -> Option<Mesh> {
+        let document = self.document;
+        let children = |node: NodeId, of: &'static str| {
+            document.node(node).children.iter().copied().filter(move |&n| document.node(n).name == of)
+        };
+        let named = |node: &NodeId| match document.attribute(*node, "name") {
+            Some(own) => own.value == name,
+            None => document.attribute(*node, "file").is_some_and(|file| {
+                std::path::Path::new(&file.value).file_stem().is_some_and(|stem| stem.to_str() == Some(name))
+            }),
+        };
+        let meshes = children(document.root()?, "asset").flat_map(|asset| children(asset, "mesh"));
+        let node = meshes.into_iter().find(named)?;
+        let (_, file) = files::files_of(document, node).into_iter().find(|(attribute, _)| *attribute == "file")?;
+        let item = self.item(node, "asset", MAIN)?;
+        let path = document.files.first()?.path.parent()?.join(file);
+        let [scale, refpos] = ["scale", "refpos"].map(|name| Vec3::from(item.array::<3>(name)));
+        Some(Mesh::new(path, scale, refpos, quat(&item.array::<4>("refquat"))))
     }
 
     fn site(&mut self, node: NodeId, context: &Context) -> Option<Site> {
@@ -313,7 +357,19 @@ impl Reader<'_> {
         let (attribute, name) = if kind.is_some() { ("mesh", "mesh") } else { ("type", name) };
         let kind = ProblemKind::Unsupported { name: name.into(), lost: lost.into() };
         let span = self.document.value_span(item.node, attribute);
-        let help = "use a plane, sphere, capsule, ellipsoid, cylinder or box";
+        let bounds = self.mesh(item.word("mesh")).and_then(|mesh| mesh.bounds());
+        let help = match bounds.filter(|_| name == "mesh") {
+            Some((centre, half)) => {
+                let numbers = |v: Vec3| v.iter().map(|x| short(*x)).collect::<Vec<_>>().join(" ");
+                format!(
+                    "a box as large has `type=\"box\" size=\"{}\"`, its centre at {} of the geom's frame; or use a plane, \
+                     sphere, capsule, ellipsoid or cylinder",
+                    numbers(half),
+                    numbers(centre)
+                )
+            }
+            None => "use a plane, sphere, capsule, ellipsoid, cylinder or box".to_string(),
+        };
         self.problems.push(Problem::new(kind, span).help(help));
         None
     }
@@ -363,4 +419,10 @@ impl Reader<'_> {
 fn simple_shape(keyword: &str) -> Option<GeomKind> {
     use GeomKind::{Box, Capsule, Cylinder, Ellipsoid, Plane, Sphere};
     [Plane, Sphere, Capsule, Ellipsoid, Cylinder, Box].into_iter().find(|kind| kind.name() == keyword)
+}
+
+/// With three digits.
+fn short(x: f64) -> String {
+    let short = format!("{x:.2e}").parse::<f64>().unwrap_or(x);
+    if short.abs() < 1e-6 { "0".to_string() } else { short.to_string() }
 }

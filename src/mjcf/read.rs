@@ -94,14 +94,16 @@ pub struct Reader<'a> {
     /// `<compiler inertiafromgeom>`
     pub inertiafromgeom: Option<bool>,
     classes: Classes,
+    /// Meshes by name, those that were asked for.
+    pub meshes: BTreeMap<String, Option<Mesh>>,
     /// `<size>`: how many `user` numbers an element may have, and the attribute that says so, by element.
     users: BTreeMap<&'static str, (&'static str, usize)>,
 }
 
 impl<'a> Reader<'a> {
     fn new(document: &'a Document, names: &'a Names<'a>, problems: &'a mut Vec<Problem>) -> Reader<'a> {
-        let (classes, users) = Default::default();
-        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, users }
+        let (classes, meshes, users) = Default::default();
+        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, meshes, users }
     }
 }
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use super::document::NodeId;
 pub use crate::kind::{Activation, ActuatorKind, CameraMode, Cone, GeomKind, JointKind, SensorKind};
+pub use crate::mesh::Mesh;
 
 #[derive(Clone, Debug)]
 pub struct Spec {
@@ -81,6 +82,7 @@ pub struct Body {
     pub geoms: Vec<Geom>,
     pub sites: Vec<Site>,
     pub cameras: Vec<Camera>,
+    pub visuals: Vec<Visual>,
     /// Child bodies in file order. `<frame>` elements are already gone: their poses are in `Pose::frames`.
     pub children: Vec<Body>,
     pub mocap: bool,
@@ -175,6 +177,15 @@ pub struct Geom {
     pub gap: f64,
     /// `fluidcoef` of a geom that feels the medium as an ellipsoid.
     pub fluid: Option<[f64; 5]>,
+    pub rgba: [f32; 4],
+}
+
+/// A geom that is only seen: a mesh.
+#[derive(Clone, Debug)]
+pub struct Visual {
+    pub node: NodeId,
+    pub pose: Pose,
+    pub mesh: Mesh,
     pub rgba: [f32; 4],
 }
 

@@ -184,10 +184,16 @@ pub const SCHEMA: &[Element] = &[
     silent(
         "mesh",
         "asset default",
-        "builtin content_type face file inertia material maxhullvert normal params refpos refquat scale smoothnormal \
-         texcoord vertex",
+        "builtin content_type face inertia material maxhullvert normal params smoothnormal texcoord vertex",
     )
-    .typed(&[&[name("mesh"), class("class")]]),
+    .typed(&[&[
+        name("mesh"),
+        class("class"),
+        text("file").without_effect(),
+        numbers("scale", 3, "1 1 1", "1").without_effect(),
+        numbers("refpos", 3, "0 0 0", "m").without_effect(),
+        numbers("refquat", 4, "1 0 0 0", "1").without_effect(),
+    ]]),
     silent("hfield", "asset", "content_type elevation file ncol nrow size").typed(&[&[name("height field")]]),
     silent("skin", "asset deformable", "face file group inflate material rgba texcoord vertex")
         .typed(&[&[name("skin")]]),

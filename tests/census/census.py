@@ -3,6 +3,7 @@
 
     python tests/census/census.py          compare with census.csv; fails where a verdict has become worse
     python tests/census/census.py --write  write census.csv anew, if no verdict has become worse
+    python tests/census/census.py PART…    only files with one of these parts in their names; the other rows stay
 
 Needs `pip install mujoco==4.0.0`, the network for the first run (the packages stay in target/census), and Penny's
 binary: `PENNY`, or target/release/penny, or target/debug/penny.
@@ -173,8 +174,16 @@ def worse(old, new):
 def main():
     if mujoco.__version__ != "4.0.0":
         sys.exit(f"the census compares with MuJoCo 4.0.0, but {mujoco.__version__} is installed")
-    rows = [dict(file=path.as_posix(), **verdict(path)) for path in files()]
     known = {row["file"]: row for row in csv.DictReader(TABLE.open())} if TABLE.exists() else {}
+    parts = [a for a in sys.argv[1:] if not a.startswith("-")]
+    rows = []
+    for path in files():
+        name = path.as_posix()
+        if not parts or any(part in name for part in parts):
+            rows.append(dict(file=name, **verdict(path)))
+            print(*rows[-1].values(), sep=", ", flush=True)
+        elif name in known:
+            rows.append(known[name])
     failed = [f"{name}: no longer counted" for name in known.keys() - {row["file"] for row in rows}]
     for row in rows:
         old = known.get(row["file"])

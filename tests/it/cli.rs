@@ -483,3 +483,10 @@ fn a_scene_is_converted_to_one_file_without_classes() {
     assert_has(&says(&["convert", "models/box.xml", "-o", "models/box.xml"], 2), &["would overwrite"]);
     assert_has(&says(&["convert", "tests/mjcf/bad/zero_mass.xml"], 1), &["error[moving-without-mass]"]);
 }
+
+#[test]
+fn explain_tells_tendons_and_equalities_as_springs() {
+    let bar = says(&["explain", "models/four_bar.xml"], 0);
+    assert_has(&bar, &["Tendons and equalities", "connect"]);
+    assert!(!says(&["explain", "models/arm.xml"], 0).contains("Tendons and equalities"));
+}

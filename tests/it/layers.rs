@@ -8,6 +8,7 @@ const LAYERS: &[&str] = &[
     "math",
     "kind",
     "draft",
+    "mesh",
     "mjcf",
     "model",
     "collision",

@@ -587,3 +587,61 @@ fn a_saved_state_goes_through_play_with_the_same_bits() {
         assert_eq!(end, saved(&whole));
     }
 }
+
+/// A cube of 12 triangles from the origin to (1, 1, 1), as OBJ.
+const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\n\
+                    f 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+#[test]
+fn a_mesh_that_is_only_seen_is_drawn_where_its_body_is() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("visual");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("cube.obj"), CUBE).unwrap();
+    std::fs::write(folder.join("broken.stl"), "no triangles").unwrap();
+    std::fs::write(folder.join("other.msh"), "").unwrap();
+    let scene_with = |geoms: &str| {
+        let text = format!(
+            "<mujoco><asset><mesh file='cube.obj' scale='0.2 0.2 0.4'/><mesh file='broken.stl'/><mesh file='other.msh'/></asset>
+             <worldbody><body pos='0 0 1' euler='0 0 90'><freejoint/><geom size='0.01' pos='0 0 -1'/>{geoms}</body></worldbody></mujoco>"
+        );
+        let path = folder.join("scene.xml");
+        std::fs::write(&path, text).unwrap();
+        open::open(&path)
+    };
+    let seen = "type='mesh' mass='0' contype='0' conaffinity='0'";
+    let opened = scene_with(&format!("<geom {seen} mesh='cube' pos='0.1 0 0' rgba='1 0 0 1'/>")).unwrap();
+    assert_eq!(opened.warnings, "");
+    let session = open::session(opened, Path::new("scene.xml"), 0).unwrap();
+    let poses = session.poses(0.0);
+    let list = scene::draw(&session.model, &poses, Camera::default());
+    let facets: Vec<_> = list.things.iter().filter(|t| t.color == [1.0, 0.0, 0.0, 1.0]).collect();
+    assert_eq!(facets.len(), 12);
+    // Turned by a quarter: x of the mesh is y of the world.
+    let corners =
+        || facets.iter().flat_map(|t| [t.pos, t.pos + t.mat.column(0) * t.size.x, t.pos + t.mat.column(1) * t.size.x]);
+    let bound = |axis: usize, pick: fn(f32, f32) -> f32| corners().map(|c| c[axis]).reduce(pick).unwrap();
+    for (axis, low, high) in [(0, -0.2, 0.0), (1, 0.1, 0.3), (2, 1.0, 1.4)] {
+        let found = [bound(axis, f32::min), bound(axis, f32::max)];
+        assert!((found[0] - low).abs() < 1e-6 && (found[1] - high).abs() < 1e-6, "{axis}: {found:?}");
+    }
+    // Every face looks outwards.
+    let middle = penny_view::V3::new(-0.1, 0.2, 1.2);
+    assert!(facets.iter().all(|t| (t.pos - middle).dot(&t.mat.column(2).into_owned()) > 0.0));
+
+    // What cannot be drawn is said: forms that are not read at once, broken files where somebody looks.
+    let warned = |geom: &str| scene_with(geom).unwrap_or_else(|report| panic!("{report}")).warnings;
+    assert!(
+        warned(&format!("<geom {seen} mesh='other'/>")).contains("pictures show only meshes from OBJ and STL files")
+    );
+    assert!(warned(&format!("<geom {seen} mesh='broken'/>")).contains("broken.stl`: its triangles cannot be read"));
+
+    // One that touches or weighs is refused, and a box as large is proposed.
+    let report = scene_with("<geom name='hull' type='mesh' mesh='cube'/>").err().unwrap();
+    assert!(report.contains("error[unsupported]: `mesh` is not supported: nothing would touch it"), "{report}");
+    assert!(
+        report.contains("scene.xml:2:") && report.contains("size=\"0.1 0.1 0.2\"`, its centre at 0.1 0.1 0.2"),
+        "{report}"
+    );
+    let report = scene_with("<geom type='mesh' mesh='cube' contype='0' conaffinity='0'/>").err().unwrap();
+    assert!(report.contains("its mass and inertia would be missing"), "{report}");
+}

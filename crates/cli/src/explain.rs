@@ -62,6 +62,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     let loads = loads::settle(&model, &method, &start, &budget());
     let mut limits = Limits::default();
     print!("{}", overview::joints(&model, &method, &start, args.all, &mut limits));
+    print!("{}", overview::ties(&model, &method, &start, args.all));
     let tried = budget();
     // Of a single kind of contact there is room for all that is known; of several, for a line each.
     let whole = args.all || groups.len() == 1;

@@ -28,6 +28,12 @@ pub fn joint(model: &Model, joint: usize) -> String {
     if j.name.is_empty() { format!("{} {joint}", j.kind.name()) } else { j.name.clone() }
 }
 
+/// "string", or "0".
+pub fn tendon(model: &Model, tendon: usize) -> String {
+    let t = &model.tendons[tendon];
+    if t.name.is_empty() { tendon.to_string() } else { t.name.clone() }
+}
+
 /// "servo", or "actuator 0".
 pub fn actuator(model: &Model, actuator: usize) -> String {
     let a = &model.actuators[actuator];

@@ -15,6 +15,8 @@ pub enum Shape {
     Box,
     /// Radius and half-height; the tip at +z.
     Cone,
+    /// A triangle from its corner: two edges, in parts of the size, are the first two axes, its normal the third.
+    Facet,
 }
 
 /// Vertices of a unit shape: a direction that is scaled, and on which end of the axis (−1, 0, 1) it sits.
@@ -37,6 +39,7 @@ pub fn mesh(shape: Shape, pixels: f32) -> &'static Mesh {
         for n in SEGMENTS {
             all.extend([ball(n, false), ball(n, true), tube(n), cone(n)]);
         }
+        all.push(facet());
         all
     });
     let wanted = PI * (pixels.max(1.0) / 0.4).sqrt();
@@ -47,6 +50,7 @@ pub fn mesh(shape: Shape, pixels: f32) -> &'static Mesh {
         Shape::Capsule => &all[2 + 4 * level],
         Shape::Cylinder => &all[3 + 4 * level],
         Shape::Cone => &all[4 + 4 * level],
+        Shape::Facet => &all[1 + 4 * SEGMENTS.len()],
     }
 }
 
@@ -56,7 +60,7 @@ pub fn scale(shape: Shape, size: &V3) -> (V3, f32) {
         Shape::Sphere => (V3::repeat(size.x), 0.0),
         Shape::Capsule => (V3::repeat(size.x), size.y),
         Shape::Cylinder | Shape::Cone => (V3::new(size.x, size.x, size.y), 0.0),
-        Shape::Box | Shape::Ellipsoid => (*size, 0.0),
+        Shape::Box | Shape::Ellipsoid | Shape::Facet => (*size, 0.0),
     }
 }
 
@@ -65,6 +69,7 @@ pub fn normal(shape: Shape, size: &V3, p: &V3) -> V3 {
     let radial = V3::new(p.x, p.y, 0.0);
     match shape {
         Shape::Sphere => *p,
+        Shape::Facet => V3::z(),
         Shape::Ellipsoid => p.component_div(&size.component_mul(size)),
         Shape::Capsule => V3::new(p.x, p.y, p.z - p.z.clamp(-size.y, size.y)),
         Shape::Cylinder => {
@@ -95,6 +100,11 @@ pub fn normal(shape: Shape, size: &V3, p: &V3) -> V3 {
             n
         }
     }
+}
+
+fn facet() -> Mesh {
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    Mesh { vertices: corners.map(|c| (c, 0.0)).to_vec(), triangles: vec![[0, 1, 2]] }
 }
 
 fn cube() -> Mesh {

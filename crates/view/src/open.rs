@@ -19,7 +19,7 @@ pub struct Opened {
     pub files: Vec<PathBuf>,
     /// The scene as one file, what it includes in its place.
     pub text: String,
-    /// What the reader warns of, as `penny check` prints it; empty if there is nothing.
+    /// What the reader warns of, as `penny check` prints it, and what pictures lack; empty if there is nothing.
     pub warnings: String,
 }
 
@@ -47,8 +47,9 @@ pub fn open_text(name: &str, text: &str) -> Result<Opened, String> {
 fn opened(scene: Scene) -> Opened {
     let sources = &scene.document.files;
     let files = sources.iter().map(|source| source.path.clone()).collect();
-    let warnings =
+    let mut warnings =
         if scene.warnings.is_empty() { String::new() } else { render(&scene.document, &scene.warnings, false) };
+    super::scene::unseen(&scene.model).iter().for_each(|line| warnings += &format!("warning: {line}\n"));
     let text = scene.document.joined();
     Opened { warnings, model: scene.model, hash: log::hash(text.as_bytes()), files, text }
 }

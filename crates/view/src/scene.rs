@@ -65,8 +65,49 @@ pub fn draw(model: &Model, poses: &Poses, camera: Camera) -> DrawList {
             Some(shape) => list.things.push(thing(model, geom, shape, &pos, &mat)),
         }
     }
+    visuals(&mut list, model, poses);
     strings(&mut list, model, poses);
     list
+}
+
+/// Meshes that are only seen, triangle by triangle; of those that cannot be read, [`unseen`] tells.
+fn visuals(list: &mut DrawList, model: &Model, poses: &Poses) {
+    for visual in &model.visuals {
+        let (p, q) = (poses.pos[visual.body], poses.quat[visual.body]);
+        let (pos, mat) = (f32s(&(p + q * visual.pos)), f32m(&math::mat(&(q * visual.quat))));
+        let color = color_of(visual.rgba, visual.body);
+        for face in visual.mesh.faces().unwrap_or_default() {
+            let [a, b, c] = face.map(|corner| mat * V3::from(corner));
+            let (along, across) = (b - a, c - a);
+            let longest = along.norm().max(across.norm());
+            let Some(normal) = along.cross(&across).try_normalize(1e-20) else { continue };
+            list.things.push(Thing {
+                shape: Shape::Facet,
+                size: V3::repeat(longest),
+                pos: pos + a,
+                mat: M3::from_columns(&[along / longest, across / longest, normal]),
+                color,
+                layer: if color[3] < 0.999 { Layer::Glass } else { Layer::Solid },
+                checker: false,
+                shadow: false,
+                paint: false,
+            });
+        }
+    }
+}
+
+/// The meshes that pictures of a model lack, and why: a line each.
+pub fn unseen(model: &Model) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for visual in &model.visuals {
+        if let Err(why) = visual.mesh.faces() {
+            let line = format!("pictures lack the mesh `{}`: {why}", visual.mesh.path.display());
+            if !lines.contains(&line) {
+                lines.push(line);
+            }
+        }
+    }
+    lines
 }
 
 /// Spatial tendons, from point to point; what goes round a geom is drawn through it.
@@ -164,11 +205,15 @@ fn shape(kind: GeomKind) -> Option<Shape> {
 }
 
 fn body_color(geom: &Geom) -> [f32; 4] {
-    if geom.rgba == [0.5, 0.5, 0.5, 1.0] && geom.body > 0 {
-        let [r, g, b] = PALETTE[(geom.body - 1) % PALETTE.len()];
+    color_of(geom.rgba, geom.body)
+}
+
+fn color_of(rgba: [f32; 4], body: usize) -> [f32; 4] {
+    if rgba == [0.5, 0.5, 0.5, 1.0] && body > 0 {
+        let [r, g, b] = PALETTE[(body - 1) % PALETTE.len()];
         return [r, g, b, 1.0];
     }
-    geom.rgba
+    rgba
 }
 
 /// A coloured plane keeps its colour; a grey one takes the light theme's.

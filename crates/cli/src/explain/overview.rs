@@ -7,6 +7,7 @@ use penny::model::{JointKind, Model};
 use penny::state::State;
 use penny_lab::explain::joints::{self, Coordinate};
 use penny_lab::explain::loads::Loads;
+use penny_lab::explain::ties;
 use penny_lab::explain::{self, Budget, Touch, probe};
 use penny_lab::names;
 use penny_lab::sweep::theory;
@@ -169,6 +170,31 @@ fn line(
         stable(limit),
     ];
     [cells, origin(model, touch).map(|origin| format!("{name}: {origin}")).into_iter().collect()]
+}
+
+/// Springs, dampers and limits of tendons, and equalities: a line each.
+pub fn ties(model: &Model, method: &Method, start: &State, all: bool) -> String {
+    let mut rows = vec![["", "moves", "k", "c", "ω", "ζ"].map(str::to_owned).to_vec()];
+    let ties = ties::ties(model, method, start);
+    let shown = if all || ties.len() <= LINES { ties.len() } else { FEW };
+    for tie in &ties[..shown] {
+        let [mass, k, c] = if tie.turns { ["kg m²", "N m/rad", "N m s/rad"] } else { ["kg", "N/m", "N s/m"] };
+        let (spring, some) = (&tie.spring, |text: String, is: bool| if is { text } else { "–".to_owned() });
+        let swings = spring.k > 0.0;
+        rows.push(vec![
+            tie.name.clone(),
+            si(spring.mass, mass),
+            some(si(spring.k, k), swings),
+            some(si(spring.c, c), spring.c > 0.0),
+            some(si(spring.omega(), "rad/s"), swings),
+            some(short(spring.zeta()), swings),
+        ]);
+    }
+    if ties.is_empty() {
+        return String::new();
+    }
+    let more = if ties.len() > shown { format!("  and {} more: --all\n", ties.len() - shown) } else { String::new() };
+    format!("\nTendons and equalities (moves: the mass that MuJoCo takes for what they hold)\n{}{more}", table(&rows))
 }
 
 /// Joints with springs, dampers or servos, their limits, and the actuators.

@@ -118,7 +118,7 @@ pub fn limit_depth(model: &Model, joint: usize, force: f64, timestep: f64) -> f6
     constants::rest_depth(&mix, 1.0, force / mass, timestep, model.opt.flags.refsafe)
 }
 
-fn limit_mix(solref: [f64; 2], solimp: [f64; 5]) -> Mix {
+pub(super) fn limit_mix(solref: [f64; 2], solimp: [f64; 5]) -> Mix {
     Mix { condim: 1, friction: [0.0; 5], solref, solreffriction: solref, solimp, margin: 0.0, gap: 0.0 }
 }
 

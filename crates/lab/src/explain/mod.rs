@@ -4,6 +4,7 @@ mod budget;
 pub mod joints;
 pub mod loads;
 pub mod probe;
+pub mod ties;
 pub mod trial_run;
 
 pub use budget::Budget;

@@ -9,7 +9,10 @@
 //!
 //! What the integrator itself adds or loses is left as drift, and with it the error of these sums: of second order.
 
-use penny::data::{Data, JointRowKind};
+use std::ops::Range;
+
+use penny::data::{Data, JointRowKind, TieKind};
+use penny::dynamics::tendon;
 use penny::integrate::{Dampers, Integrator};
 use penny::math::{Vec3, Vec6};
 use penny::model::Model;
@@ -19,15 +22,15 @@ use penny::state::State;
 #[derive(Clone, Debug)]
 pub struct Balance {
     pub actuators: f64,
-    /// Dampers of joints.
+    /// Dampers of joints and tendons.
     pub dampers: f64,
     /// Drag of the medium, and what its wind drives.
     pub medium: f64,
     /// Compensation of gravity (`gravcomp`), where no actuator bears it.
     pub lift: f64,
-    /// All contacts, joint limits and dry friction.
+    /// All contacts, limits, dry friction and equalities.
     pub constraints: f64,
-    /// Friction of contacts and dry friction of joints: the part of `constraints` that is certainly lost. From the speeds at
+    /// Friction of contacts and dry friction of joints and tendons: the part of `constraints` that is certainly lost. From the speeds at
     /// which surfaces slide at the beginning of each step.
     pub friction: f64,
     before: Vec<f64>,
@@ -35,7 +38,7 @@ pub struct Balance {
     /// The integrator looks at the forces at the end of the step.
     at_end: bool,
     /// Powers at the end of the last step, where an integrator of higher order sums by them, W.
-    powers: Option<[f64; PARTS]>,
+    powers: Option<Option<[f64; PARTS]>>,
 }
 
 /// Parts of the sum: actuators, dampers, medium, gravity compensation, constraints.
@@ -43,7 +46,7 @@ const PARTS: usize = 5;
 
 impl Balance {
     pub fn new(model: &Model, integrator: &Integrator) -> Balance {
-        let powers = (integrator.order > 1).then_some([0.0; PARTS]);
+        let powers = (integrator.order > 1).then_some(None);
         Balance {
             actuators: 0.0,
             dampers: 0.0,
@@ -85,6 +88,9 @@ impl Balance {
             };
             now[1] = -model.dofs.iter().enumerate().map(|(d, dof)| dof.damping * acts(d) * speed(d)).sum::<f64>();
         }
+        if model.opt.flags.damper && !data.plan.pulling_tendons.is_empty() {
+            now[1] += self.tendon_dampers(model, state, data);
+        }
         if model.opt.medium() {
             now[2] = power(&data.qfrc_fluid);
         }
@@ -93,17 +99,21 @@ impl Balance {
             let own = data.qfrc_gravcomp.iter().enumerate().filter(|(d, _)| !borne(*d));
             now[3] = own.map(|(d, f)| f * speed(d)).sum();
         }
-        if !data.contacts.is_empty() || !data.joint_rows.is_empty() {
+        if !data.contacts.is_empty() || !data.joint_rows.is_empty() || !data.ties.is_empty() {
             now[4] = power(&data.qfrc_constraint);
             let dry = data.joint_rows.iter().filter(|row| row.kind == JointRowKind::DryFriction);
-            self.friction += h * (contact_friction(data) + dry.map(|row| row.force * mean(row.dof)).sum::<f64>());
+            let of_joints = dry.map(|row| row.force * mean(row.dof)).sum::<f64>();
+            let dry = data.ties.iter().filter(|tie| tie.kind == TieKind::DryFriction);
+            let of_tendons = dry.map(|tie| tie.force[0] * along(data, tie.index, mean)).sum::<f64>();
+            self.friction += h * (contact_friction(data) + of_joints + of_tendons);
         }
-        let work = match self.powers.replace(now) {
-            Some(last) => std::array::from_fn(|i| 0.5 * h * (last[i] + now[i])),
-            None => {
-                self.powers = None;
-                now.map(|p| h * p)
+        let work = match &mut self.powers {
+            Some(last) => {
+                // Before the first step no powers are known.
+                let before = last.replace(now).unwrap_or(now);
+                std::array::from_fn(|i| 0.5 * h * (before[i] + now[i]))
             }
+            None => now.map(|p| h * p),
         };
         let [actuators, dampers, medium, lift, constraints] = work;
         self.actuators += actuators;
@@ -111,6 +121,34 @@ impl Balance {
         self.medium += medium;
         self.lift += lift;
         self.constraints += constraints;
+    }
+
+    /// Power of the dampers of tendons, W.
+    ///
+    ///     f = −(a u + b u |u| + c u³),   P = f J·v̄
+    ///
+    /// u: rate of the length, at the beginning of the step; where the integrator takes dampers implicitly, f goes on to the
+    /// rate at its end along its slope, of each tree for itself.
+    fn tendon_dampers(&self, model: &Model, state: &State, data: &Data) -> f64 {
+        let end = |d: usize| state.qvel[d];
+        let at_end = self.powers.is_some() || self.at_end;
+        let mut power = 0.0;
+        for &i in &data.plan.pulling_tendons {
+            let tendon = &model.tendons[i];
+            let mean = |d: usize| if self.powers.is_some() { end(d) } else { 0.5 * (self.before[d] + end(d)) };
+            let [a, b, c] = tendon.damping;
+            let rate = along(data, i, |d| if at_end { end(d) } else { self.before[d] });
+            power -= rate * (a + b * rate.abs() + c * rate * rate) * along(data, i, mean);
+            if !at_end && self.dampers_of == Dampers::JointsAndActuators {
+                let slope = tendon::damping(tendon, rate);
+                let change = |d: usize| end(d) - self.before[d];
+                for block in &data.plan.tendons[i] {
+                    let of_tree = |v: &dyn Fn(usize) -> f64| of_block(data, block.at, block.dofs.clone(), v);
+                    power += slope * of_tree(&change) * of_tree(&mean);
+                }
+            }
+        }
+        power
     }
 
     /// What the velocity gains of actuators do by the velocity at the end of a step instead of that at its beginning, W.
@@ -136,6 +174,16 @@ impl Balance {
     pub fn total(&self) -> f64 {
         self.actuators + self.dampers + self.medium + self.lift + self.constraints
     }
+}
+
+/// J v of a tendon, m/s. Reads: ten_j.
+fn along(data: &Data, tendon: usize, velocity: impl Fn(usize) -> f64) -> f64 {
+    data.plan.tendons[tendon].iter().map(|block| of_block(data, block.at, block.dofs.clone(), &velocity)).sum()
+}
+
+/// The part of one tree.
+fn of_block(data: &Data, at: usize, dofs: Range<usize>, velocity: impl Fn(usize) -> f64) -> f64 {
+    data.ten_j[at..].iter().zip(dofs).map(|(j, d)| j * velocity(d)).sum()
 }
 
 /// Power of all contacts' friction, W: below 0 it takes energy.
