@@ -111,7 +111,9 @@ pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
     data.follow(model);
     data.counts.forwards += 1;
     data.timestep = method.timestep;
-    dynamics::mocap(model, state, data);
+    if !model.mocap.is_empty() {
+        dynamics::mocap(model, state, data);
+    }
     dynamics::kinematics(model, &state.qpos, data);
     collision::detect(model, data);
     dynamics::smooth(model, state, data);

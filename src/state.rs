@@ -126,8 +126,8 @@ impl State {
     /// Errors: the first list that has not.
     #[inline]
     pub fn suits(&self, model: &Model) -> Result<(), WrongState> {
-        let fits = self.lengths(model).into_iter().fold(true, |fits, (_, has, wants)| fits & (has == wants));
-        if fits { Ok(()) } else { Err(self.misfit(model)) }
+        let off = self.lengths(model).into_iter().fold(0, |off, (_, has, wants)| off | (has ^ wants));
+        if off == 0 { Ok(()) } else { Err(self.misfit(model)) }
     }
 
     #[cold]
@@ -206,30 +206,49 @@ impl State {
     }
 
     /// Gives contacts that push and joint rows the forces that the last step remembered for them; new ones start from nothing.
-    ///
-    /// All lists have MuJoCo's order, so one walk along them finds all.
     pub fn recall(&self, model: &Model, data: &mut Data) {
-        let mut rest = &self.warm[..];
-        let mut force = |key: Key| {
-            let same = |w: &Warm| w.key == key;
-            // Mostly the next one is it.
-            let at = if rest.first().is_some_and(same) { Some(0) } else { rest.iter().position(same) };
-            let Some(at) = at else { return [0.0; 6] };
-            let force = rest[at].force;
-            rest = &rest[at + 1..];
-            force
-        };
+        let mut memory = Memory { warm: &self.warm, next: 0 };
         for contact in &mut data.contacts {
-            let remembered = force(contact_key(contact));
+            let remembered = memory.force(contact_key(contact));
             // What no longer pushes has no force, and no law is asked about it.
             contact.force = if contact.pushes(model) { remembered } else { [0.0; 6] };
         }
         for row in &mut data.joint_rows {
-            [row.force, ..] = force(joint_key(row));
+            [row.force, ..] = memory.force(joint_key(row));
         }
         for tie in &mut data.ties {
-            tie.force = force(Key::Tie(tie.index, tie.kind));
+            tie.force = memory.force(Key::Tie(tie.index, tie.kind));
         }
+    }
+}
+
+/// Remembered forces, and where the next one that is asked for probably is: all lists have MuJoCo's order, so one walk along
+/// them finds all.
+///
+/// Only points of one pair can change places, when another is the deeper; the later one then starts from nothing. To look for it
+/// from the beginning again would not pay: nothing is asked of that point but rounding, and the tutorial's disk, on two points
+/// that are equally deep, loses the symmetry that solving anew keeps (0.6 µs a step and 2.1 µs).
+struct Memory<'a> {
+    warm: &'a [Warm],
+    next: usize,
+}
+
+impl Memory<'_> {
+    #[inline(always)]
+    fn force(&mut self, key: Key) -> [f64; 6] {
+        if self.warm.get(self.next).is_none_or(|warm| warm.key != key) && !self.find(key) {
+            return [0.0; 6];
+        }
+        self.next += 1;
+        self.warm[self.next - 1].force
+    }
+
+    /// Looks for a key further on; `next` stays where it was if there is none.
+    #[cold]
+    fn find(&mut self, key: Key) -> bool {
+        let found = self.warm.iter().skip(self.next).position(|warm| warm.key == key);
+        self.next += found.unwrap_or(0);
+        found.is_some()
     }
 }
 

@@ -31,10 +31,11 @@
 use super::constants::{self, Spring};
 use super::describe::{Ask, Creep, Description, Touch, Unlike};
 use super::island::Island;
-use super::{Law, Lever, Task, impedance, pointwise};
-use crate::data::Outcome;
-use crate::data::Scratchpad;
-use crate::dynamics;
+use super::per_mix::PerMix;
+use super::pointwise::{self, Point};
+use super::{Law, Lever, Task, impedance};
+use crate::data::{Contact, Outcome, Scratchpad};
+use crate::math::Vec6;
 use crate::model::{Mix, Model};
 use crate::state::Start;
 
@@ -48,7 +49,7 @@ pub static LAW: Law = Law {
     lever: Lever::Surface,
     solve,
     pose: None,
-    shortcut: None,
+    shortcut: Some(shortcut),
     friction,
     describe,
     unlike: Some(Unlike {
@@ -67,12 +68,15 @@ const IMPLICIT_SPIN: f64 = 1e-3;
 ///
 /// In: `inverse_mass` of the pair, 1/kg (sum of the bodies' `invweight0`).
 pub fn spring_damper(model: &Model, mix: &Mix, inverse_mass: f64, timestep: f64) -> (f64, f64) {
-    // With solimp = (d, d) and d → 1 the reference is the spring and damper of unit mass: K = k/m, B = c/m.
-    let rigid = [1.0; 5];
-    let reference = impedance::Reference::new(&mix.solref, &rigid, timestep, model.opt.flags.refsafe);
+    let reference = reference(model, mix, timestep);
     let k = model.tutorial.k.unwrap_or(reference.stiffness / inverse_mass);
     let c = model.tutorial.c.unwrap_or(reference.damping / inverse_mass);
     (k, c)
+}
+
+/// K = k/m and B = c/m: with solimp = (d, d) and d → 1 MuJoCo's reference is the spring and damper of unit mass.
+fn reference(model: &Model, mix: &Mix, timestep: f64) -> impedance::Reference {
+    impedance::Reference::new(&mix.solref, &[1.0; 5], timestep, model.opt.flags.refsafe)
 }
 
 /// Spring and damper of one of a pair's contact points, with its share of the mass that the pair carries.
@@ -121,24 +125,69 @@ fn own_spring(model: &Model, timestep: f64) -> String {
     )
 }
 
-fn solve(task: &Task, _: &mut Scratchpad, island: &mut Island) -> Outcome {
-    let Task { model, settings, .. } = *task;
-    let implicit = settings.implicit;
-    let onset = impedance::onset(implicit, settings.timestep, dynamics::gravity(model).norm());
-    let alpha = model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA);
-    pointwise::solve(task, island, |point| {
-        let (v, [mu, _, spin, roll, _]) = (&point.velocity, friction(model, point.mix));
-        let (k, damping) = spring_damper(model, point.mix, point.inverse_mass, settings.timestep);
-        let normal = (k * point.depth + damping * (-v[0]).max(0.0)) * impedance::share(point.depth, onset);
+/// What all contacts of a mix have in common.
+#[derive(Clone, Copy, Debug)]
+struct Formula {
+    /// Spring and damper of unit mass, and those that the scene gives.
+    reference: impedance::Reference,
+    k: Option<f64>,
+    c: Option<f64>,
+    /// Sliding, spinning (m), rolling (m).
+    friction: [f64; 3],
+    /// s/m
+    alpha: f64,
+    /// Depth over which it switches on, m.
+    onset: f64,
+    /// 1/(ε h), 1/s; infinite under an explicit integrator.
+    steep: f64,
+}
+
+impl Formula {
+    fn new(mix: &Mix, task: &Task, onset: f64) -> Formula {
+        let Task { model, settings, .. } = *task;
+        let [mu, _, spin, roll, _] = friction(model, mix);
+        Formula {
+            reference: reference(model, mix, settings.timestep),
+            k: model.tutorial.k,
+            c: model.tutorial.c,
+            friction: [mu, spin, roll],
+            alpha: model.tutorial.alpha.unwrap_or(DEFAULT_ALPHA),
+            onset,
+            steep: if settings.implicit { 1.0 / (IMPLICIT_SPIN * settings.timestep) } else { f64::INFINITY },
+        }
+    }
+
+    #[inline(always)]
+    fn force(&self, point: &Point) -> [f64; 6] {
+        let (v, [mu, spin, roll]) = (&point.velocity, self.friction);
+        let k = self.k.unwrap_or(self.reference.stiffness / point.inverse_mass);
+        let c = self.c.unwrap_or(self.reference.damping / point.inverse_mass);
+        let normal = (k * point.depth + c * (-v[0]).max(0.0)) * impedance::share(point.depth, self.onset);
         let speed = v[1].hypot(v[2]);
-        let sliding = if speed > 0.0 { -mu * normal * (alpha * speed).tanh() / speed } else { 0.0 };
+        let sliding = if speed > 0.0 { -mu * normal * (self.alpha * speed).tanh() / speed } else { 0.0 };
         // Torque per angular velocity near zero, N m s.
-        let steep =
-            if implicit { 1.0 / (IMPLICIT_SPIN * settings.timestep * point.inverse_inertia) } else { f64::INFINITY };
+        let steep = self.steep / point.inverse_inertia;
         let [spinning] = opposing([v[3]], spin * normal, steep);
         let [roll_1, roll_2] = opposing([v[4], v[5]], roll * normal, steep);
         [normal, sliding * v[1], sliding * v[2], spinning, roll_1, roll_2]
-    })
+    }
+}
+
+fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
+    let formulas = own.get::<PerMix<Formula>>().of(task, Formula::new);
+    pointwise::solve(task, island, |point| formulas[point.contact.mix as usize].force(point))
+}
+
+fn shortcut(
+    task: &Task,
+    own: &mut Scratchpad,
+    tree: usize,
+    which: &[usize],
+    contacts: &mut [Contact],
+) -> Option<(Vec6, f64)> {
+    let formulas = own.get::<PerMix<Formula>>().of(task, Formula::new);
+    let force = |point: &Point| formulas[point.contact.mix as usize].force(point);
+    Some((pointwise::solve_alone(task, tree, which, contacts, force), 0.0))
 }
 
 /// Torque of size `limit` against an angular velocity, less where that is nearly zero: −min(limit, steep |ω|) ω/|ω|.

@@ -12,7 +12,9 @@ use crate::model::{JointKind, Model, Tree};
 /// From the parent's pose each joint in turn moves the body: a slide along its axis, a hinge or ball by a
 /// rotation that leaves the joint's anchor where it is; q is measured from `qpos0`.
 ///
-/// Reads: qpos. Writes: xpos, xquat, xmat, xanchor, xaxis of the tree; cdof; com of its movers.
+/// Reads: qpos. Writes: xpos, xquat, xmat, xanchor, xaxis of the tree; cdof; com of its movers. Not inlined: the loop over free
+/// bodies stays small.
+#[inline(never)]
 pub fn articulated(model: &Model, t: usize, qpos: &[f64], data: &mut Data) {
     let tree = &model.trees[t];
     if !tree.rotates {

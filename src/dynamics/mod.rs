@@ -72,8 +72,10 @@ pub fn kinematics(model: &Model, qpos: &[f64], data: &mut Data) {
 /// Reads:  state, kinematics. Writes: qfrc_passive, qfrc_actuator, qacc_smooth and, as if nothing else pushed,
 ///         qacc; vel of the movers, acc of free bodies; for other trees also qm_rows, qld, qfrc_bias, qfrc_smooth.
 pub fn smooth(model: &Model, state: &State, data: &mut Data) {
-    tendon::tendons(model, &state.qpos, &state.qvel, data);
-    tendon::rates(model, &state.qvel, data);
+    if !model.tendons.is_empty() {
+        tendon::tendons(model, &state.qpos, &state.qvel, data);
+        tendon::rates(model, &state.qvel, data);
+    }
     passive::passive(model, &state.qpos, &state.qvel, data);
     actuation::actuate(model, state, data);
     let applied = !state.xfrc_applied.is_empty() || !state.qfrc_applied.is_empty();
@@ -190,9 +192,6 @@ pub fn each_column(model: &Model, data: &Data, body: usize, point: &Vec3, mut co
 ///
 /// Reads: mocap_pos, mocap_quat. Writes: xpos, xquat, xmat, geom_xpos, geom_xmat of what is placed so.
 pub fn mocap(model: &Model, state: &State, data: &mut Data) {
-    if model.mocap.is_empty() {
-        return;
-    }
     for i in 0..data.plan.mocap.len() {
         let b = data.plan.mocap[i];
         match model.mocap.binary_search(&b) {

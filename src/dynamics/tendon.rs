@@ -22,9 +22,6 @@ use crate::model::{Model, Path, Tendon, Waypoint};
 ///
 /// Reads: qpos, qvel, poses, cdof. Writes: ten_length, ten_velocity, ten_j.
 pub fn tendons(model: &Model, qpos: &[f64], qvel: &[f64], data: &mut Data) {
-    if model.tendons.is_empty() {
-        return;
-    }
     let mut rows = std::mem::take(&mut data.ten_j);
     rows.fill(0.0);
     for (i, tendon) in model.tendons.iter().enumerate() {

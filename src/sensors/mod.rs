@@ -36,10 +36,14 @@ pub(crate) use motion::{Motion, each_wrench};
 ///         which has MuJoCo's layout: one sensor after the other, [`Sensor::adr`] says where.
 /// Clips:  to `cutoff` where that is above zero: to ±cutoff, or from above what is never negative.
 /// Noise:  none; as in MuJoCo 4.0 `noise` is a number for whoever uses the values.
+#[inline]
 pub fn sense(model: &Model, law: &Law, state: &State, data: &mut Data) {
-    if model.sensors.is_empty() || !model.opt.flags.sensor {
-        return;
+    if !model.sensors.is_empty() && model.opt.flags.sensor {
+        sense_all(model, law, state, data);
     }
+}
+
+fn sense_all(model: &Model, law: &Law, state: &State, data: &mut Data) {
     let mut values = std::mem::take(&mut data.sensordata);
     let mut motion = std::mem::take(data.scratch.get::<Motion>());
     motion.update(model, law, state, data);
