@@ -39,11 +39,16 @@ impl Grouped {
         self.items.reserve(items);
     }
 
+    /// Labels the items and sorts them.
+    fn group(&mut self, groups: usize, label: impl Iterator<Item = u32>) {
+        self.label.clear();
+        self.label.extend(label);
+        self.sort(groups);
+    }
+
     /// Sorts items by their labels (counting sort); those without are left out.
-    fn sort(&mut self, groups: usize, label: impl Iterator<Item = u32>) {
+    fn sort(&mut self, groups: usize) {
         let Grouped { label: labels, start, items } = self;
-        labels.clear();
-        labels.extend(label);
         start.clear();
         start.resize(groups + 2, 0);
         for &g in labels.iter().filter(|g| **g != NONE) {
@@ -106,29 +111,42 @@ impl Islands {
             return;
         }
         let mut joined = false;
-        for c in &data.contacts {
-            if let [Some(a), Some(b)] = c.body.map(|b| model.bodies[b as usize].tree)
-                && a != b
-                && c.pushes(model)
-            {
-                if !joined {
-                    self.sets.reset(model.trees.len());
-                    joined = true;
-                }
-                self.sets.union(a, b);
-            }
-        }
+        self.join_contacts(model, data, &mut joined);
         for tie in &data.ties {
             let (blocks, _) = ties::rows(data, tie);
             for pair in blocks.windows(2) {
-                if !joined {
-                    self.sets.reset(model.trees.len());
-                    joined = true;
-                }
-                self.sets.union(pair[0].tree, pair[1].tree);
+                self.join(pair[0].tree, pair[1].tree, model, &mut joined);
             }
         }
         self.group_all(model, data, joined);
+    }
+
+    /// Joins the two trees of each contact that pushes, and labels it with one of them.
+    fn join_contacts(&mut self, model: &Model, data: &Data, joined: &mut bool) {
+        self.contacts.label.clear();
+        for c in &data.contacts {
+            let label = if c.pushes(model) {
+                let [a, b] = c.body.map(|b| model.bodies[b as usize].tree);
+                if let (Some(a), Some(b)) = (a, b)
+                    && a != b
+                {
+                    self.join(a, b, model, joined);
+                }
+                a.or(b).map_or(NONE, |t| t as u32)
+            } else {
+                NONE
+            };
+            self.contacts.label.push(label);
+        }
+    }
+
+    #[inline(always)]
+    fn join(&mut self, a: usize, b: usize, model: &Model, joined: &mut bool) {
+        if !*joined {
+            self.sets.reset(model.trees.len());
+            *joined = true;
+        }
+        self.sets.union(a, b);
     }
 
     /// [`Islands::find`] for one tree.
@@ -147,34 +165,33 @@ impl Islands {
     pub fn find_one(&mut self, model: &Model, data: &Data) {
         self.sets.reset(model.trees.len());
         (1..model.trees.len()).for_each(|t| self.sets.union(0, t));
+        self.join_contacts(model, data, &mut true);
         self.group_all(model, data, true);
     }
 
     fn group_all(&mut self, model: &Model, data: &Data, joined: bool) {
         let Islands { sets, apart, trees, contacts, joints, ties, .. } = self;
         let count = model.trees.len();
-        let tree = |body: u32| model.bodies[body as usize].tree;
         if joined || !*apart {
-            trees.sort(count, (0..count).map(|t| if joined { sets.find(t) as u32 } else { t as u32 }));
+            trees.group(count, (0..count).map(|t| if joined { sets.find(t) as u32 } else { t as u32 }));
             *apart = !joined;
         }
+        if joined {
+            let island = |t: &mut u32| *t = trees.label[*t as usize];
+            contacts.label.iter_mut().filter(|t| **t != NONE).for_each(island);
+        }
+        contacts.sort(count);
         let label = |t: Option<usize>| t.map_or(NONE, |t| trees.label[t]);
-        contacts.sort(
-            count,
-            data.contacts
-                .iter()
-                .map(|c| if c.pushes(model) { label(tree(c.body[0]).or(tree(c.body[1]))) } else { NONE }),
-        );
         if data.joint_rows.is_empty() {
             joints.empty();
         } else {
-            joints.sort(count, data.joint_rows.iter().map(|r| label(model.bodies[model.dofs[r.dof].body].tree)));
+            joints.group(count, data.joint_rows.iter().map(|r| label(model.bodies[model.dofs[r.dof].body].tree)));
         }
         if data.ties.is_empty() {
             ties.empty();
         } else {
             let first = |tie| ties::rows(data, tie).0.first().map(|block| block.tree);
-            ties.sort(count, data.ties.iter().map(|tie| label(first(tie))));
+            ties.group(count, data.ties.iter().map(|tie| label(first(tie))));
         }
     }
 
