@@ -45,7 +45,7 @@ pub fn solve(task: &Task, island: &mut Island, force: impl Fn(&Point) -> [f64; 6
 ///
 ///     v_p = σ (v + ω × r, ω),     M⁻¹ Jᵀ (f, τ) = σ (Σ f/m, W Σ (r × f + τ))        as in [`super::single_body`]
 ///
-/// Worth it: see docs/measurements.md. Out: the acceleration of the mover. Writes: the contacts' forces.
+/// Worth it: nanoseconds a step with rows and without, sphere 304 and 212, box 488 and 326. Out: the acceleration of the mover. Writes: the contacts' forces.
 pub fn solve_alone(
     task: &Task,
     tree: usize,

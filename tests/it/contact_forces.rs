@@ -290,6 +290,14 @@ fn shortcuts_find_what_the_general_way_finds() {
     }
 }
 
+/// Whether spin or roll at a contact is nothing but rounding.
+fn turns_by_rounding(sim: &Sim, contact: &Contact) -> bool {
+    let w = sim.data.xmat[1] * Vec3::from_column_slice(&sim.state.qvel[3..6]);
+    let normal = contact.frame.row(0).transpose();
+    let spin = normal.dot(&w);
+    [spin.abs(), (w - normal * spin).norm()].iter().any(|w| *w < 1e-9)
+}
+
 fn compare_shortcut(law: &Law) {
     let Law { name, about, joints, start, by_timestep, lever, solve, pose, friction, describe, unlike, .. } = *law;
     let general =
@@ -297,13 +305,13 @@ fn compare_shortcut(law: &Law) {
     let general: &'static Law = Box::leak(Box::new(general));
     let (mut taken, mut asked, mut parted) = (0, 0, 0);
     for (shape, condim, start) in [
-        ("type='sphere' size='.1'", 3, [0.5, 0.0, 5.0]),
-        ("type='sphere' size='.1'", 6, [0.5, 0.2, 5.0]),
-        ("type='sphere' size='.1'", 4, [0.0, 0.0, 0.0]),
-        ("type='sphere' size='.1'", 1, [0.3, 0.0, 0.0]),
-        ("type='box' size='.1 .08 .06'", 3, [1.0, 0.5, 0.0]),
-        ("type='box' size='.1 .08 .06'", 6, [0.5, 0.0, 0.0]),
-        ("type='cylinder' size='.1 .1' euler='90 0 20'", 3, [0.2, 0.1, 0.0]),
+        ("type='sphere' size='.1'", 3, [0.5, 0.0, 5.0, 0.0]),
+        ("type='sphere' size='.1'", 6, [0.5, 0.2, 5.0, 30.0]),
+        ("type='sphere' size='.1'", 4, [0.0, 0.0, 0.0, 0.0]),
+        ("type='sphere' size='.1'", 1, [0.3, 0.0, 0.0, 0.0]),
+        ("type='box' size='.1 .08 .06'", 3, [1.0, 0.5, 0.0, 0.0]),
+        ("type='box' size='.1 .08 .06'", 6, [0.5, 0.0, 0.0, 0.0]),
+        ("type='cylinder' size='.1 .1' euler='90 0 20'", 3, [0.2, 0.1, 0.0, 0.0]),
     ] {
         for (floor, cone, tilt) in [("plane", "elliptic", 0.0), ("box", "elliptic", 4.0), ("plane", "pyramidal", -2.5)]
         {
@@ -314,7 +322,7 @@ fn compare_shortcut(law: &Law) {
                 if floor == "box" { -0.1 } else { 0.0 }
             );
             let mut sim = Sim::law(&xml, name);
-            (sim.state.qvel[0], sim.state.qvel[1], sim.state.qvel[4]) = (start[0], start[1], start[2]);
+            [0, 1, 4, 5].into_iter().zip(start).for_each(|(d, v)| sim.state.qvel[d] = v);
             let mut other = Data::new(&sim.model);
             for _ in 0..700 {
                 sim.step();
@@ -327,6 +335,13 @@ fn compare_shortcut(law: &Law) {
                 if name == "mujoco" && ours != theirs {
                     // At the very edge of what MuJoCo's tolerance lets pass.
                     parted += 1;
+                    continue;
+                }
+                if name == "tutorial"
+                    && condim > 3
+                    && other.contacts.first().is_some_and(|c| turns_by_rounding(&sim, c))
+                {
+                    // A torque of constant size against it: nobody's sign is right.
                     continue;
                 }
                 let size = other.qacc.iter().fold(10.0f64, |m, a| m.max(a.abs()));
