@@ -189,6 +189,17 @@ impl Scratch {
 ///
 /// Reads:  state, kinematics, contacts, qacc_smooth. Writes: qacc, qfrc_constraint, forces of contacts and joint rows.
 pub fn constrain(model: &Model, settings: &Settings, state: &State, data: &mut Data) {
+    constrain_with(model, settings, state, data, chained);
+}
+
+/// [`constrain`], where `chained` says which islands are assembled chain by chain.
+fn constrain_with(
+    model: &Model,
+    settings: &Settings,
+    state: &State,
+    data: &mut Data,
+    chained: impl Fn(&Task, &Islands, usize) -> bool,
+) {
     data.qfrc_constraint.fill(0.0);
     data.solver = Outcome::default();
     let law = settings.law;
@@ -329,4 +340,63 @@ fn surface_points(contact: &Contact, moves: [Option<usize>; 2]) -> [Vec3; 2] {
     }
     let half = contact.frame.row(0).transpose() * (0.5 * contact.dist);
     [contact.pos - half, contact.pos + half]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{forward, integrate, parse};
+
+    /// Two ways to an island of one tree: rows chain by chain, and dense rows. A leg that moves in a plane, and a body on three
+    /// legs; they fall, lie on the ground and are at limits of their joints.
+    #[test]
+    fn islands_assembled_chain_by_chain_move_as_dense_ones() {
+        let leg = |axes: &str, x: f64, y: f64, condim: usize| {
+            format!(
+                "<body pos='{x} {y} 0'><joint axis='{axes}' range='-50 50' damping='.1' frictionloss='.2'/>
+                 <geom type='capsule' fromto='0 0 0 {x} {y} -.3' size='.04' condim='{condim}' contype='0'/>
+                 <body pos='{x} {y} -.3'><joint axis='{axes}' range='-30 60' armature='.01'/>
+                 <geom type='capsule' fromto='0 0 0 0 0 -.3' size='.04' condim='{condim}' contype='0'/></body></body>"
+            )
+        };
+        let planar = "<joint type='slide' axis='1 0 0'/><joint type='slide' axis='0 0 1'/><joint axis='0 1 0'/>";
+        let bodies = [
+            format!("{planar}<geom size='.1' contype='0'/>{}", leg("0 1 0", 0.1, 0.0, 3)),
+            format!(
+                "<freejoint/><geom size='.1' contype='0'/>{}{}{}",
+                leg("0 1 0", 0.2, 0.0, 1),
+                leg("1 1 0", -0.1, 0.1, 4),
+                leg("1 0 .2", -0.1, -0.1, 6)
+            ),
+        ];
+        for (law, body) in
+            ALL.iter().filter(|law| law.joints).flat_map(|law| bodies.iter().map(move |body| (*law, body)))
+        {
+            let text = format!(
+                "<mujoco><option tolerance='0' cone='elliptic'/><worldbody><geom type='plane' size='9 9 1'/>
+                 <body pos='0 0 .8' euler='3 2 0'>{body}</body></worldbody></mujoco>"
+            );
+            let Ok(scene) = parse("legs.xml", &text) else { panic!("{text}") };
+            let model = &scene.model;
+            let integrator = integrate::by_name("semi-implicit-euler").unwrap();
+            let method = forward::Method { contact: law, integrator, timestep: 0.002, rounds: forward::ROUNDS };
+            let (mut state, mut data) = (State::new(model), Data::new(model));
+            let mut asked = [0, 0];
+            for _ in 0..500 {
+                forward::step(model, &method, &mut state, &mut data).unwrap();
+                let (mut own, mut dense) = (Data::new(model), Data::new(model));
+                forward::forward(model, &method, &state, &mut own);
+                forward::forward(model, &method, &state, &mut dense);
+                dense.qacc.copy_from_slice(&dense.qacc_smooth);
+                constrain_with(model, &method.settings(), &state, &mut dense, |_, _, _| false);
+                asked[0] += usize::from(!own.contacts.is_empty());
+                asked[1] += usize::from(own.joint_rows.len() > 1);
+                let size = dense.qacc.iter().fold(10.0f64, |size, a| size.max(a.abs()));
+                for (own, dense) in own.qacc.iter().zip(&dense.qacc) {
+                    assert!((own - dense).abs() < 1e-9 * size, "{}, {} s: {own} and {dense}", law.name, state.time);
+                }
+            }
+            assert!(asked[0] > 100 && asked[1] > 50, "{}: {asked:?}", law.name);
+        }
+    }
 }
