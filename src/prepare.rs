@@ -24,6 +24,14 @@ impl Data {
         data
     }
 
+    /// The same without room for forces, which a step makes when it needs it: enough to see where things are and what
+    /// touches.
+    pub fn for_poses(model: &Model) -> Data {
+        let mut data = Data::blank(model);
+        dynamics::prepare(model, &mut data);
+        data
+    }
+
     /// Prepares everything anew if the model is another one than before, or has been changed ([`Model::edit`]).
     #[inline]
     pub fn follow(&mut self, model: &Model) {

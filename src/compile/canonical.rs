@@ -8,7 +8,7 @@ use super::frames;
 use super::inertia;
 use crate::draft::real;
 use crate::math::{Mat3, Quat, Vec3, wxyz};
-use crate::mjcf::schema::{self, Element, Kind};
+use crate::mjcf::schema::{self, Kind, Row};
 use crate::mjcf::spec::{Compiler, Orientation, Pose};
 use crate::mjcf::{Document, MAIN, NodeId, ORIENTATIONS, compiler, family, files_of, is_command};
 
@@ -54,7 +54,7 @@ pub fn canonical(document: &Document, folder: &Path) -> String {
     writer.classes.insert(MAIN.to_string(), BTreeMap::new());
     sections("default").into_iter().for_each(|node| writer.class(node, MAIN));
     let values = writer.own(root);
-    writer.open("mujoco", schema::SCHEMA.first(), &values, 0, false);
+    writer.open("mujoco", Some(schema::root()), &values, 0, false);
     for (i, name) in SECTIONS.into_iter().enumerate() {
         let nodes = sections(name);
         if nodes.is_empty() {
@@ -99,7 +99,7 @@ impl Writer<'_> {
             let element = &document.node(child).name;
             let given = self.own(child);
             let class = self.classes.entry(name.to_string()).or_default();
-            overlay(class.entry(family(element)).or_default(), given, schema::find("default", element));
+            overlay(class.entry(family(element).to_string()).or_default(), given, schema::find("default", element));
         }
         for child in nested {
             let Some(class) = document.attribute(child, "class") else { continue };
@@ -111,7 +111,7 @@ impl Writer<'_> {
 
     fn own(&self, node: NodeId) -> Values {
         let attributes = &self.document.node(node).attributes;
-        attributes.iter().filter(|a| a.name != "class").map(|a| (a.name.clone(), a.value.clone())).collect()
+        attributes.iter().filter(|a| a.name != "class").map(|a| (a.name.to_string(), a.value.clone())).collect()
     }
 
     /// The attributes of an element, those of its class included.
@@ -122,7 +122,7 @@ impl Writer<'_> {
         let family = match parent {
             "fixed" | "spatial" => String::new(),
             "tendon" | "equality" => parent.to_string(),
-            _ => family(name),
+            _ => family(name).to_string(),
         };
         let has_class = row.is_some_and(|row| row.attribute("class").is_some()) && name != "frame";
         let class = self.document.attribute(node, "class").map_or(class, |a| a.value.as_str());
@@ -142,7 +142,7 @@ impl Writer<'_> {
 
     fn element(&mut self, node: NodeId, parent: &str, context: &Context, depth: usize) {
         let document = self.document;
-        let name = document.node(node).name.as_str();
+        let name = &*document.node(node).name;
         match name {
             "replicate" => return self.children(node, name, context, depth),
             "frame" => {
@@ -178,7 +178,7 @@ impl Writer<'_> {
         for &node in nodes {
             overlay(&mut values, self.own(node), row);
             for &child in &document.node(node).children {
-                let name = document.node(child).name.as_str();
+                let name = &*document.node(child).name;
                 match inside.iter_mut().find(|(other, _)| *other == name) {
                     Some((_, all)) => all.push(child),
                     None => inside.push((name, vec![child])),
@@ -266,7 +266,7 @@ impl Writer<'_> {
         way.to_string_lossy().replace('\\', "/")
     }
 
-    fn open(&mut self, name: &str, row: Option<&'static Element>, values: &Values, depth: usize, empty: bool) {
+    fn open(&mut self, name: &str, row: Option<&'static Row>, values: &Values, depth: usize, empty: bool) {
         let _ = write!(self.out, "{:1$}<{name}", "", 2 * depth);
         let order: Vec<&str> = row.map_or(Vec::new(), |row| row.attribute_names().collect());
         let rest = values.keys().map(String::as_str).filter(|name| !order.contains(name));
@@ -299,7 +299,7 @@ fn unturn(values: &mut Values) {
 }
 
 /// Puts values over inherited ones: one form of orientation replaces all others, and fewer numbers the first ones.
-fn overlay(values: &mut Values, own: Values, row: Option<&Element>) {
+fn overlay(values: &mut Values, own: Values, row: Option<&Row>) {
     if own.keys().any(|name| is_orientation(name)) {
         unturn(values);
     }

@@ -15,7 +15,9 @@ use crate::model::{self, FreeBody, JointKind, Model, Tree};
 ///
 /// Source: MuJoCo manual, Computation › Constraint model › Diagonal regularizer.
 pub fn fill(model: &mut Model) -> Result<(), usize> {
-    let mut data = Data::new(model);
+    // Free bodies need none of it.
+    let articulated = model.trees.iter().any(|tree| tree.free.is_none());
+    let mut data = if articulated { Data::new(model) } else { Data::default() };
     for t in 0..model.trees.len() {
         if let Some(free) = model.trees[t].free.clone() {
             fill_free(model, t, &free);
@@ -42,7 +44,8 @@ fn fill_free(model: &mut Model, t: usize, free: &FreeBody) {
         1.0 / free.mass + (turning(Vec3::x()) + turning(Vec3::y()) + turning(Vec3::z())) / 3.0
     };
     let rotational = free.inertia.map(|i| 1.0 / i).mean();
-    let Tree { bodies, dofs, .. } = model.trees[t].clone();
+    let Tree { bodies, dofs, .. } = &model.trees[t];
+    let (bodies, dofs) = (bodies.clone(), dofs.clone());
     let mut poses = vec![(Vec3::zeros(), crate::math::Quat::identity())];
     for b in bodies.clone() {
         if b > bodies.start {

@@ -57,11 +57,30 @@ pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {
         geom_specs: Vec::new(),
         camera_specs: Vec::new(),
     };
+    reserve(&mut world, &spec.world);
     add_body(&mut world, &spec.world, 0, &spec.compiler, log);
     world.bodies[0].name = "world".into();
     let targets: Vec<_> = world.camera_specs.iter().map(|camera| target(&world, camera, log)).collect();
     world.cameras.iter_mut().zip(targets).for_each(|(camera, target)| camera.target = target);
     world
+}
+
+/// Room for a body, what is attached to it, and its children: large arrays are not moved while they grow.
+fn reserve(world: &mut World, body: &spec::Body) {
+    let (mut bodies, mut geoms, mut joints, mut dofs) = (0, 0, 0, 0);
+    let mut open = vec![body];
+    while let Some(body) = open.pop() {
+        (bodies, geoms, joints) = (bodies + 1, geoms + body.geoms.len(), joints + body.joints.len());
+        dofs += body.joints.iter().map(|j| j.kind.nv()).sum::<usize>();
+        open.extend(&body.children);
+    }
+    world.bodies.reserve_exact(bodies);
+    world.body_specs.reserve_exact(bodies);
+    world.geoms.reserve_exact(geoms);
+    world.geom_specs.reserve_exact(geoms);
+    world.joints.reserve_exact(joints);
+    world.joint_specs.reserve_exact(joints);
+    world.dofs.reserve_exact(dofs);
 }
 
 /// Adds a body, what is attached to it, and its children.
@@ -156,7 +175,7 @@ fn pose_or_report(pose: &spec::Pose, node: NodeId, compiler: &spec::Compiler, lo
 /// Reports a direction that is none, at the attribute that holds it.
 pub fn no_direction(node: NodeId, what: NoDirection, log: &mut Log) {
     let kind = ProblemKind::NoDirection {
-        element: log.document.node(node).name.clone(),
+        element: log.document.node(node).name.to_string(),
         attribute: what.attribute.into(),
         why: what.why.into(),
     };

@@ -57,16 +57,22 @@ pub fn find(world: &World, spec: &Spec, over: Option<ContactOverride>, log: &mut
 
     let mut pairs = Pairs { excluded, ..Pairs::default() };
     let mut mixes = Mixes::default();
-    let mut list = |geom: [usize; 2], mix: Mix, explicit: bool| {
-        let index = mixes.index(overridden(mix, over));
+    let mut list = |geom: [usize; 2], index: usize, mixes: &Mixes, explicit: bool| {
         let pair = Pair::new(&world.geoms, geom, index, &mixes.list[index]);
         pairs.listed.extend(pair.map(|pair| Pair { explicit, ..pair }));
     };
     for e in given {
-        list(e.geom, e.mix, true);
+        let index = mixes.index(overridden(e.mix, over));
+        list(e.geom, index, &mixes, true);
     }
+    // Pairs in a row are mostly alike.
+    let mut last: Option<([&Geom; 2], usize)> = None;
     for geom in candidates {
-        list(geom, mixed(&world.geoms[geom[0]], &world.geoms[geom[1]]), false);
+        let both = geom.map(|g| &world.geoms[g]);
+        let same = last.filter(|([a, b], _)| alike(a, both[0]) && alike(b, both[1]));
+        let index = same.map_or_else(|| mixes.index(overridden(mixed(both[0], both[1]), over)), |(_, index)| index);
+        last = Some((both, index));
+        list(geom, index, &mixes, false);
     }
     pairs.listed.sort_by_key(|pair| order(&world.geoms, pair));
     if swept {
@@ -87,6 +93,9 @@ fn sorted([a, b]: [usize; 2]) -> (usize, usize) {
 
 /// Body pairs of `<exclude>`, low number first, sorted.
 fn excluded(world: &World, spec: &Spec, log: &mut Log) -> Vec<(usize, usize)> {
+    if spec.excludes.is_empty() {
+        return Vec::new();
+    }
     let names = world.body_names();
     let mut found = Vec::new();
     for exclude in &spec.excludes {
@@ -108,6 +117,9 @@ struct Explicit {
 }
 
 fn explicit(world: &World, spec: &Spec, log: &mut Log) -> Vec<Explicit> {
+    if spec.pairs.is_empty() {
+        return Vec::new();
+    }
     let names = world.geom_names();
     let mut found: Vec<Explicit> = Vec::new();
     let mut earlier: BTreeMap<(usize, usize), NodeId> = BTreeMap::new();
@@ -139,6 +151,15 @@ fn explicit(world: &World, spec: &Spec, log: &mut Log) -> Vec<Explicit> {
 /// whose masks do not match are passed over whole. Other pairs that do not touch are few: they were named one by one
 /// in the file, or are of a body and its parent.
 fn among(world: &World, geoms: &[usize], touch: impl Fn(usize, usize) -> bool) -> Vec<[usize; 2]> {
+    // Mostly the first ones show that there are more.
+    const TRIED: usize = 100;
+    if geoms.len() > TRIED {
+        let pairs = (0..TRIED).flat_map(|i| (0..i).map(move |j| [geoms[j], geoms[i]]));
+        let found: Vec<_> = pairs.filter(|&[a, b]| touch(a, b)).take(MOST_LISTED + 1).collect();
+        if found.len() > MOST_LISTED {
+            return found;
+        }
+    }
     let mut kinds: BTreeMap<(u32, u32), BTreeMap<usize, Vec<usize>>> = BTreeMap::new();
     for &g in geoms {
         let geom = &world.geoms[g];
@@ -265,9 +286,15 @@ fn classes(geoms: &[Geom], pairs: &mut Pairs) -> Vec<usize> {
     pairs.swept = (0..geoms.len()).filter(swept).collect();
     let mut classes: BTreeMap<Vec<u64>, (u32, usize)> = BTreeMap::new();
     pairs.class = vec![0; geoms.len()];
+    // Geoms in a row are mostly alike.
+    let mut last: Option<(&Geom, u32)> = None;
     for &g in &pairs.swept {
         let count = classes.len() as u32;
-        pairs.class[g] = classes.entry(parameters(&geoms[g])).or_insert((count, g)).0;
+        let same = last.filter(|(geom, _)| alike(geom, &geoms[g]));
+        let class =
+            same.map_or_else(|| classes.entry(parameters(&geoms[g])).or_insert((count, g)).0, |(_, class)| class);
+        last = Some((&geoms[g], class));
+        pairs.class[g] = class;
     }
     let mut examples = vec![0; classes.len()];
     for (class, geom) in classes.into_values() {
@@ -310,4 +337,11 @@ pub fn remix(geoms: &[Geom], over: Option<ContactOverride>, pairs: &mut Pairs, o
 fn parameters(g: &Geom) -> Vec<u64> {
     let numbers = [g.condim as f64, g.priority as f64, g.solmix, g.margin, g.gap].into_iter();
     numbers.chain(g.friction).chain(g.solref).chain(g.solimp).map(f64::to_bits).collect()
+}
+
+/// Whether these are the same for both.
+fn alike(a: &Geom, b: &Geom) -> bool {
+    (a.condim, a.priority) == (b.condim, b.priority)
+        && [a.solmix, a.margin, a.gap] == [b.solmix, b.margin, b.gap]
+        && (a.friction, a.solref, a.solimp) == (b.friction, b.solref, b.solimp)
 }

@@ -37,17 +37,28 @@ pub fn requirements(model: &Parts) -> Requirements {
 
 fn colliding_geoms(model: &Parts) -> Vec<usize> {
     let listed = model.pairs.listed.iter().flat_map(|p| p.geom);
-    let geoms: BTreeSet<usize> = listed.chain(model.pairs.swept.iter().copied()).collect();
-    geoms.into_iter().collect()
+    let mut geoms: Vec<usize> = listed.chain(model.pairs.swept.iter().copied()).collect();
+    geoms.sort_unstable();
+    geoms.dedup();
+    geoms
 }
 
 /// The shapes that can meet: those of the listed pairs, and all combinations of the swept kinds.
 fn colliders(model: &Parts) -> Vec<[GeomKind; 2]> {
     let kind = |g: usize| model.geoms[g].kind;
-    let mut found: BTreeSet<[GeomKind; 2]> = model.pairs.listed.iter().map(|p| p.geom.map(kind)).collect();
-    let swept: BTreeSet<GeomKind> = model.pairs.swept.iter().map(|&g| kind(g)).collect();
-    for &a in &swept {
-        found.extend(swept.range(a..).map(|&b| [a, b]).filter(|&[a, b]| collider(a, b).is_some()));
+    let mut found: Vec<[GeomKind; 2]> = Vec::new();
+    for pair in &model.pairs.listed {
+        let kinds = pair.geom.map(kind);
+        if !found.contains(&kinds) {
+            found.push(kinds);
+        }
+    }
+    let mut found: BTreeSet<[GeomKind; 2]> = found.into_iter().collect();
+    let mut swept: Vec<GeomKind> = model.pairs.swept.iter().map(|&g| kind(g)).collect();
+    swept.sort_unstable();
+    swept.dedup();
+    for (i, &a) in swept.iter().enumerate() {
+        found.extend(swept[i..].iter().map(|&b| [a, b]).filter(|&[a, b]| collider(a, b).is_some()));
     }
     found.into_iter().collect()
 }

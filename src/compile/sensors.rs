@@ -6,6 +6,9 @@ use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
 use crate::model::{Actuator, Joint, JointKind, Object, Sensor, SensorKind, Tendon};
 
 pub fn sensors(world: &World, actuators: &[Actuator], tendons: &[Tendon], spec: &Spec, log: &mut Log) -> Vec<Sensor> {
+    if spec.sensors.is_empty() {
+        return Vec::new();
+    }
     let names = [
         world.body_names(),
         world.geom_names(),

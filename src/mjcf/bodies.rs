@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::defaults::{MAIN, ORIENTATIONS, Values};
+use super::defaults::{MAIN, ORIENTATIONS};
 use super::document::NodeId;
 use super::error::{Problem, ProblemKind};
 use super::files;
@@ -33,7 +33,7 @@ impl Reader<'_> {
     /// be small: what does not is not made part of it.
     pub fn children(&mut self, node: NodeId, body: &mut Body, context: &Context) {
         for &child in &self.document.node(node).children {
-            match self.document.node(child).name.as_str() {
+            match &*self.document.node(child).name {
                 "body" => {
                     if let Some(child) = self.body(child, context) {
                         body.children.push(child);
@@ -45,12 +45,14 @@ impl Reader<'_> {
                 "site" => body.sites.extend(self.site(child, context)),
                 "camera" => body.cameras.extend(self.camera(child, context)),
                 "inertial" | "joint" | "freejoint" if context.depth == 0 => {
-                    let element = self.document.node(child).name.clone();
+                    let element = self.document.node(child).name.to_string();
                     let kind = ProblemKind::NotInWorld { element };
                     let problem = Problem::new(kind, self.document.span(child));
                     self.problems.push(problem.help("put it into a `<body>`"));
                 }
-                "inertial" => body.inertial = self.inertial(child, context).or(body.inertial.take()),
+                "inertial" => {
+                    body.inertial = self.inertial(child, context).map(Box::new).or(body.inertial.take());
+                }
                 "joint" => self.joint(child, body, context),
                 "freejoint" => self.freejoint(child, body, context),
                 "geom" => self.geom(child, body, context),
@@ -178,10 +180,15 @@ impl Reader<'_> {
             let kind = ProblemKind::Unsupported { name: "align".into(), lost };
             self.problems.push(Problem::new(kind, self.document.name_span(node, "align")).help("leave it out"));
         }
-        let plain = Item { node, row, values: Values::new() };
+        let (name, frames) = (item.name(), context.frames.clone());
+        if let Some(free) = &self.free {
+            let joint = Joint { node, name, frames, ..free.clone() };
+            return self.add_joint(joint, body, context);
+        }
+        let plain = Item::plain(node, row);
         let joint = Joint {
             node,
-            name: item.name(),
+            name: None,
             kind: JointKind::Free,
             pos: [0.0; 3],
             axis: plain.array("axis"),
@@ -202,8 +209,10 @@ impl Reader<'_> {
             solimplimit: plain.array("solimplimit"),
             solreffriction: plain.array("solreffriction"),
             solimpfriction: plain.array("solimpfriction"),
-            frames: context.frames.clone(),
+            frames: no_frames(),
         };
+        self.free = Some(joint.clone());
+        let joint = Joint { name, frames, ..joint };
         self.add_joint(joint, body, context);
     }
 
@@ -225,6 +234,7 @@ impl Reader<'_> {
                 self.problems.push(problem.related(first_span, "first joint here"));
             }
         }
+        body.joints.reserve_exact(usize::from(body.joints.is_empty()));
         body.joints.push(joint);
     }
 
@@ -240,6 +250,8 @@ impl Reader<'_> {
             self.fromto(&item);
         }
         let size: Vec<f64> = item.numbers("size");
+        // Most bodies have one; they are large.
+        body.geoms.reserve_exact(usize::from(body.geoms.is_empty()));
         body.geoms.push(Geom {
             node,
             name: item.name(),
@@ -395,7 +407,7 @@ impl Reader<'_> {
     }
 
     pub(super) fn conflict(&mut self, node: NodeId, one: &str, other: &str, help: &str) {
-        let element = self.document.node(node).name.clone();
+        let element = self.document.node(node).name.to_string();
         let kind = ProblemKind::Conflict { element, one: one.into(), other: other.into() };
         self.problems.push(Problem::new(kind, self.document.name_span(node, other)).help(help));
     }

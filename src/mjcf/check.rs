@@ -11,7 +11,7 @@ use super::lints;
 use super::nearest::nearest;
 use super::parse::raise;
 use super::removed;
-use super::schema::{self, Element, Kind, Lint, Rule, Status};
+use super::schema::{self, Column, Kind, Lint, Row, Rule, Status};
 use super::suggestions;
 
 /// Finds whatever is wrong with the names and values of a document.
@@ -28,19 +28,18 @@ pub fn check<'a>(document: &'a Document, whole: bool, limits: &'a Limits) -> (Ve
         limits,
         problems: Vec::new(),
         names: BTreeMap::new(),
+        defined: 0,
         references: Vec::new(),
         suggestions: SUGGESTIONS,
     };
-    check.names.entry(CLASS).or_default().insert(MAIN, Span::default());
-    let name = &document.node(root).name;
+    check.note(CLASS, MAIN, Span::default());
+    let name = &*document.node(root).name;
     if name != "mujoco" {
-        let problem = Problem::new(ProblemKind::NotMjcf { found: name.clone() }, document.span(root));
+        let problem = Problem::new(ProblemKind::NotMjcf { found: name.to_string() }, document.span(root));
         let near = nearest(name, ["mujoco"]);
         return (vec![document.rename(problem.suggest(near), root, near)], Names::new());
     }
-    if let Some(row) = schema::SCHEMA.first() {
-        check.element(root, row, "mujoco", "");
-    }
+    check.element(root, schema::root(), "mujoco", "");
     if whole {
         check.all_references();
         check.problems.extend(files::missing(document, root));
@@ -59,21 +58,19 @@ pub fn is_defined(names: &Names, what: &str, name: &str) -> bool {
 /// Takes attributes out that are empty where a number or a name should be: MuJoCo reads them as not given. A reference that a
 /// class may give stays: empty, it takes back what the class gives.
 pub fn forget_empty(document: &mut Document) {
-    let Some(root) = document.root() else { return };
-    let mut open = vec![(root, schema::SCHEMA.first())];
-    while let Some((node, row)) = open.pop() {
-        let node = &mut document.nodes[node.0 as usize];
-        let counts = |column: &schema::Attribute| match column.kind {
+    let Some(root) = document.root().filter(|_| document.blank) else { return };
+    let mut open = vec![(root, Some(schema::root()))];
+    while let Some((id, row)) = open.pop() {
+        let node = &mut document.nodes[id.0 as usize];
+        let counts = |column: &Column| match column.kind {
             Kind::Numbers(..) | Kind::Integers(..) | Kind::Name(_) => true,
             Kind::Reference(_) => !column.in_default,
             _ => false,
         };
         let meant = |a: &Attribute| row.and_then(|row| row.attribute(&a.name)).is_some_and(counts);
         node.attributes.retain(|a| !(a.value.trim().is_empty() && meant(a)));
-        let (name, children) = (node.name.clone(), node.children.clone());
-        open.extend(
-            children.into_iter().map(|child| (child, schema::find(&name, &document.nodes[child.0 as usize].name))),
-        );
+        let (name, children) = (&document.node(id).name, &document.node(id).children);
+        open.extend(children.iter().map(|&child| (child, schema::find(name, &document.node(child).name))));
     }
 }
 
@@ -86,6 +83,8 @@ struct Check<'a> {
     problems: Vec<Problem>,
     limits: &'a Limits,
     names: Names<'a>,
+    /// How many names there are.
+    defined: usize,
     /// What is referred to: (what, name, where).
     references: Vec<(&'static str, &'a str, Span)>,
     /// Names that may still be compared with misspelt ones.
@@ -93,7 +92,7 @@ struct Check<'a> {
 }
 
 /// More comparisons of names are not made: who misspells thousands of them does not read a suggestion for each.
-const SUGGESTIONS: usize = 200_000;
+const SUGGESTIONS: usize = 50_000;
 
 impl<'a> Check<'a> {
     fn report(&mut self, kind: ProblemKind, span: Span) {
@@ -110,14 +109,14 @@ impl<'a> Check<'a> {
     }
 
     /// `name` is the element's name as it should be spelt.
-    fn element(&mut self, node: NodeId, row: &'static Element, name: &str, parent: &str) {
+    fn element(&mut self, node: NodeId, row: &'static Row, name: &str, parent: &str) {
         let element = self.document.node(node);
         match row.status {
             Status::Ignored(lost) => {
-                self.report(ProblemKind::Ignored { name: element.name.clone(), lost: lost.into() }, element.span);
+                self.report(ProblemKind::Ignored { name: element.name.to_string(), lost: lost.into() }, element.span);
             }
             Status::Unsupported(lost, help) => {
-                let kind = ProblemKind::Unsupported { name: element.name.clone(), lost: lost.into() };
+                let kind = ProblemKind::Unsupported { name: element.name.to_string(), lost: lost.into() };
                 self.problems.push(Problem::new(kind, element.span).help(help));
                 return self.names_inside(node);
             }
@@ -138,11 +137,11 @@ impl<'a> Check<'a> {
         self.children(node, row, name);
     }
 
-    fn children(&mut self, node: NodeId, row: &'static Element, parent: &str) {
+    fn children(&mut self, node: NodeId, row: &'static Row, parent: &str) {
         let mut once: BTreeMap<&str, Span> = BTreeMap::new();
         for &child in &self.document.node(node).children {
             let element = self.document.node(child);
-            let known = schema::find(parent, &element.name).map(|row| (row, element.name.as_str()));
+            let known = schema::find(parent, &element.name).map(|row| (row, &*element.name));
             // What is inside a misspelt element is judged as if it were spelt well.
             let Some((child_row, name)) = known.or_else(|| self.unknown_element(parent, row, child)) else {
                 self.names_inside(child);
@@ -159,16 +158,11 @@ impl<'a> Check<'a> {
     }
 
     /// Reports an element that may not stand there; gives the one that was probably meant.
-    fn unknown_element(
-        &mut self,
-        parent: &str,
-        row: &Element,
-        node: NodeId,
-    ) -> Option<(&'static Element, &'static str)> {
+    fn unknown_element(&mut self, parent: &str, row: &Row, node: NodeId) -> Option<(&'static Row, &'static str)> {
         if row.silent == "*" {
             return None;
         }
-        let element = self.document.node(node).name.clone();
+        let element = self.document.node(node).name.to_string();
         let span = self.document.span(node);
         if let Some(cure) = removed::element(parent, &element) {
             let kind = ProblemKind::UnknownElement { parent: parent.to_string(), element };
@@ -194,12 +188,12 @@ impl<'a> Check<'a> {
         node: NodeId,
         attribute: &'a Attribute,
         element: &str,
-        row: &'static Element,
+        row: &'static Row,
         in_default: bool,
     ) {
         let Some(column) = row.attribute(&attribute.name) else {
             if !row.is_silent(&attribute.name) {
-                let (element, name) = (element.to_string(), attribute.name.clone());
+                let (element, name) = (element.to_string(), attribute.name.to_string());
                 let removed = removed::attribute(&element, attribute);
                 let near = self.nearest(&name, row.attribute_names());
                 let of_joints = element == "freejoint"
@@ -218,7 +212,7 @@ impl<'a> Check<'a> {
             return;
         };
         if in_default && !column.in_default {
-            let (element, attribute_name) = (element.to_string(), attribute.name.clone());
+            let (element, attribute_name) = (element.to_string(), attribute.name.to_string());
             return self.report(ProblemKind::NotInDefault { element, attribute: attribute_name }, attribute.name_span);
         }
         match column.kind {
@@ -248,21 +242,21 @@ impl<'a> Check<'a> {
     }
 
     /// An attribute that Penny does not honour matters only where it differs from the default.
-    fn status(&mut self, attribute: &Attribute, column: &schema::Attribute) {
+    fn status(&mut self, attribute: &Attribute, column: &Column) {
         if matches!(column.status, Status::Supported | Status::Silent) {
             return;
         }
         let same = match column.kind {
             Kind::Numbers(..) | Kind::Integers(..) => {
-                let default = floats(column.default);
-                floats(&attribute.value).is_some_and(|v| default.is_some_and(|d| !d.is_empty() && d.starts_with(&v)))
+                let default = &column.numbers;
+                floats(&attribute.value).is_some_and(|v| !default.is_empty() && default.starts_with(&v))
             }
             _ => attribute.value == column.default,
         };
         if same {
             return;
         }
-        let name = attribute.name.clone();
+        let name = attribute.name.to_string();
         match column.status {
             Status::Ignored(lost) => {
                 self.report(ProblemKind::Ignored { name, lost: lost.into() }, attribute.name_span);
@@ -278,9 +272,9 @@ impl<'a> Check<'a> {
     /// At most one orientation, in whatever form.
     fn one_orientation(&mut self, node: NodeId) {
         let element = self.document.node(node);
-        let mut own = element.attributes.iter().filter(|a| ORIENTATIONS.contains(&a.name.as_str()));
+        let mut own = element.attributes.iter().filter(|a| ORIENTATIONS.contains(&&*a.name));
         if let (Some(first), Some(second)) = (own.next(), own.next()) {
-            let kind = ProblemKind::SeveralOrientations { element: element.name.clone() };
+            let kind = ProblemKind::SeveralOrientations { element: element.name.to_string() };
             let problem = Problem::new(kind, second.name_span);
             self.problems.push(problem.related(first.name_span, "first one here"));
         }
@@ -296,7 +290,7 @@ impl<'a> Check<'a> {
                     Problem::new(kind, class.value_span).help("put the class into a `<default>` inside this one"),
                 );
                 // Whoever uses the class is not to blame.
-                self.names.entry(CLASS).or_default().entry(&class.value).or_insert(class.value_span);
+                self.note(CLASS, &class.value, class.value_span);
             }
             (Some(_), "mujoco") | (None, "mujoco") => {}
             (Some(class), _) if class.value == MAIN => {
@@ -318,28 +312,35 @@ impl<'a> Check<'a> {
             let row = schema::SCHEMA.iter().find(|row| row.is(&document.node(child).name));
             let what = row.and_then(|row| row.attribute("name")).map(|column| column.kind);
             if let (Some(Kind::Name(what)), Some(name)) = (what, document.attribute(child, "name")) {
-                self.names.entry(what).or_default().entry(&name.value).or_insert(name.value_span);
+                self.note(what, &name.value, name.value_span);
             }
             self.names_inside(child);
         }
     }
 
+    /// A name that is there, where it was not before.
+    fn note(&mut self, what: &'static str, name: &'a str, span: Span) {
+        self.names.entry(what).or_default().entry(name).or_insert_with(|| {
+            self.defined += 1;
+            span
+        });
+    }
+
     fn define(&mut self, what: &'static str, name: &'a str, span: Span) {
-        let count: usize = self.names.values().map(BTreeMap::len).sum();
-        let first = self.names.entry(what).or_default().get(name).copied();
+        let before = self.defined;
+        let first = *self.names.entry(what).or_default().entry(name).or_insert_with(|| {
+            self.defined += 1;
+            span
+        });
+        let taken = || ProblemKind::DuplicateName { what: what.into(), name: name.into() };
         if what == "body" && name == "world" {
-            let kind = ProblemKind::DuplicateName { what: what.into(), name: name.into() };
-            self.problems.push(Problem::new(kind, span).help("`world` is the name of `worldbody`"));
-        } else if let Some(first) = first {
-            let kind = ProblemKind::DuplicateName { what: what.into(), name: name.into() };
-            self.problems.push(Problem::new(kind, span).related(first, "first named here"));
-        } else {
-            if count == self.limits.names {
-                let limit = self.limits.names;
-                let problem = Problem::new(ProblemKind::OverLimit { what: "names", limit }, span);
-                self.problems.push(problem.help(raise("names", limit)));
-            }
-            self.names.entry(what).or_default().insert(name, span);
+            self.problems.push(Problem::new(taken(), span).help("`world` is the name of `worldbody`"));
+        } else if self.defined == before {
+            self.problems.push(Problem::new(taken(), span).related(first, "first named here"));
+        } else if before == self.limits.names {
+            let limit = self.limits.names;
+            let problem = Problem::new(ProblemKind::OverLimit { what: "names", limit }, span);
+            self.problems.push(problem.help(raise("names", limit)));
         }
     }
 
@@ -355,11 +356,11 @@ impl<'a> Check<'a> {
             && let Some(file) = self.document.attribute(node, "file")
             && let Some(stem) = std::path::Path::new(&file.value).file_stem().and_then(|stem| stem.to_str())
         {
-            self.names.entry(what).or_default().entry(stem).or_insert(file.value_span);
+            self.note(what, stem, file.value_span);
         }
     }
 
-    fn required(&mut self, node: NodeId, row: &'static Element, element: &str) {
+    fn required(&mut self, node: NodeId, row: &'static Row, element: &str) {
         for column in row.typed_attributes().filter(|c| c.required) {
             if self.document.attribute(node, column.name).is_none() {
                 let kind = ProblemKind::MissingAttribute { element: element.into(), attribute: column.name.into() };
@@ -406,7 +407,8 @@ impl<'a> Check<'a> {
         if words.contains(&attribute.value.as_str()) {
             return;
         }
-        let kind = ProblemKind::UnknownKeyword { attribute: attribute.name.clone(), value: attribute.value.clone() };
+        let kind =
+            ProblemKind::UnknownKeyword { attribute: attribute.name.to_string(), value: attribute.value.clone() };
         let problem = Problem::new(kind, attribute.value_span);
         if let Some(cure) = removed::value(&attribute.name, &attribute.value) {
             return self.problems.push(problem.help(cure));
@@ -418,7 +420,7 @@ impl<'a> Check<'a> {
         });
     }
 
-    fn numbers(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize) {
+    fn numbers(&mut self, attribute: &Attribute, column: &Column, min: usize, max: usize) {
         if self.separators(attribute, min, max) {
             return;
         }
@@ -438,7 +440,7 @@ impl<'a> Check<'a> {
         self.count(attribute, column, min, max, "number");
     }
 
-    fn integers(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize) {
+    fn integers(&mut self, attribute: &Attribute, column: &Column, min: usize, max: usize) {
         if self.separators(attribute, min, max) {
             return;
         }
@@ -476,18 +478,18 @@ impl<'a> Check<'a> {
         let Some(advice) = suggestions::separators(&attribute.value, min, max) else {
             return false;
         };
-        let kind = ProblemKind::Separators { attribute: attribute.name.clone() };
+        let kind = ProblemKind::Separators { attribute: attribute.name.to_string() };
         let value = attribute.value_span;
         self.problems.push(Problem::new(kind, value).advise(advice, None, value));
         true
     }
 
     /// What a number must be, and then whether it is likely to be meant.
-    fn rule(&mut self, attribute: &Attribute, column: &schema::Attribute, value: f64, word: &str, index: usize) {
+    fn rule(&mut self, attribute: &Attribute, column: &Column, value: f64, word: &str, index: usize) {
         let rule = match column.rule {
             Rule::MayBeInfinite if !value.is_nan() => return,
             _ if !value.is_finite() => {
-                let kind = ProblemKind::NotFinite { attribute: attribute.name.clone(), word: word.to_string() };
+                let kind = ProblemKind::NotFinite { attribute: attribute.name.to_string(), word: word.to_string() };
                 let help = suggestions::a_number(suggestions::unit_of(column.unit, index));
                 return self.wrong(kind, attribute, index, help);
             }
@@ -499,7 +501,7 @@ impl<'a> Check<'a> {
         };
         let positive =
             Some(word.trim_start_matches('-')).filter(|_| value < 0.0 && !matches!(column.rule, Rule::OneOf(_)));
-        let kind = ProblemKind::OutOfRange { attribute: attribute.name.clone(), rule, word: word.to_string() };
+        let kind = ProblemKind::OutOfRange { attribute: attribute.name.to_string(), rule, word: word.to_string() };
         let advice = match positive {
             Some(word) => Advice::Word(format!("did you mean `{word}`?"), word.to_string()),
             None => hint(column).unwrap_or_default().into(),
@@ -507,7 +509,7 @@ impl<'a> Check<'a> {
         self.wrong(kind, attribute, index, advice);
     }
 
-    fn lint(&mut self, attribute: &Attribute, column: &schema::Attribute, word: &str, index: usize) {
+    fn lint(&mut self, attribute: &Attribute, column: &Column, word: &str, index: usize) {
         if column.lint == Lint::None {
             return;
         }
@@ -517,7 +519,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn count(&mut self, attribute: &Attribute, column: &schema::Attribute, min: usize, max: usize, what: &str) {
+    fn count(&mut self, attribute: &Attribute, column: &Column, min: usize, max: usize, what: &str) {
         let found = attribute.value.split_ascii_whitespace().count();
         if (min..=max).contains(&found) {
             return;
@@ -534,14 +536,14 @@ impl<'a> Check<'a> {
         if found > max {
             span.start = self.document.word_span(attribute, max).start;
         }
-        let kind = ProblemKind::WrongCount { attribute: attribute.name.clone(), expected, found: found_words };
+        let kind = ProblemKind::WrongCount { attribute: attribute.name.to_string(), expected, found: found_words };
         let problem = Problem::new(kind, span);
         self.problems.push(Problem { help: hint(column), ..problem });
     }
 }
 
 /// What a column says of its numbers: their default and their unit.
-fn hint(column: &schema::Attribute) -> Option<String> {
+fn hint(column: &Column) -> Option<String> {
     match (column.default, column.unit) {
         ("", "" | "1") => None,
         ("", unit) => Some(format!("in {unit}")),

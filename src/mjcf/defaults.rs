@@ -1,86 +1,123 @@
 //! `<default>` classes: a tree in which a child copies its parent and then overrides.
 
 use std::collections::BTreeMap;
+use std::ops::Deref;
+use std::sync::Arc;
 
 use super::document::{Document, NodeId};
 use super::error::{Problem, ProblemKind};
 use super::lints;
-use super::schema::{self, Element, Kind};
+use super::schema::{self, Kind, Row};
 
 /// A value as it was read.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum Value<'a> {
     Numbers(Vec<f64>),
-    Text(String),
+    Text(&'a str),
+    /// What is inherited is taken back.
+    Nothing,
 }
 
-/// Values by attribute.
-pub type Values = BTreeMap<&'static str, Value>;
+/// Values by attribute, each once. They are few.
+#[derive(Clone, Debug, Default)]
+pub struct Values<'a>(Vec<(&'static str, Value<'a>)>);
+
+impl<'a> Values<'a> {
+    pub fn get(&self, name: &str) -> Option<&Value<'a>> {
+        self.0.iter().find(|(of, _)| *of == name).map(|(_, value)| value)
+    }
+
+    fn take(&mut self, name: &str) -> Option<Value<'a>> {
+        let at = self.0.iter().position(|(of, _)| *of == name)?;
+        Some(self.0.swap_remove(at).1)
+    }
+}
+
+impl<'a> Deref for Values<'a> {
+    type Target = [(&'static str, Value<'a>)];
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
 
 /// For each class, what it gives each element.
 #[derive(Clone, Debug, Default)]
-pub struct Classes {
-    classes: BTreeMap<String, Class>,
+pub struct Classes<'a> {
+    classes: BTreeMap<&'a str, Class<'a>>,
+    /// What is given where no class says anything.
+    nothing: Arc<Values<'a>>,
 }
 
-type Class = BTreeMap<String, Values>;
+type Class<'a> = BTreeMap<&'a str, Arc<Values<'a>>>;
 
 pub const MAIN: &str = "main";
 
-impl Classes {
+impl<'a> Classes<'a> {
     /// Reads all `<default>` sections; what is wrong with their names was reported by [`super::check`].
     ///
     /// `degree`: angles are in degrees.
-    pub fn read(document: &Document, sections: &[NodeId], degree: bool, problems: &mut Vec<Problem>) -> Classes {
-        let mut classes = Classes { classes: BTreeMap::from([(MAIN.to_string(), Class::default())]) };
+    pub fn read(document: &'a Document, sections: &[NodeId], degree: bool, problems: &mut Vec<Problem>) -> Classes<'a> {
+        let mut classes = Classes { classes: BTreeMap::from([(MAIN, Class::default())]), nothing: Arc::default() };
         for &section in sections {
             classes.class(document, section, MAIN, degree, problems);
         }
         classes
     }
 
-    fn class(&mut self, document: &Document, node: NodeId, name: &str, degree: bool, problems: &mut Vec<Problem>) {
+    fn class(
+        &mut self,
+        document: &'a Document,
+        node: NodeId,
+        name: &'a str,
+        degree: bool,
+        problems: &mut Vec<Problem>,
+    ) {
         let (nested, own): (Vec<NodeId>, Vec<NodeId>) =
             document.node(node).children.iter().partition(|&&child| document.node(child).name == "default");
         // First what this class says itself: its children start from that, wherever they stand.
         for child in own {
             let element = &document.node(child).name;
             if let Some(row) = schema::find("default", element) {
-                let class = self.classes.entry(name.to_string()).or_default();
-                let values = class.entry(family(element)).or_default();
-                overlay(document, child, row, values, problems);
+                let class = self.classes.entry(name).or_default();
+                let values = Arc::make_mut(class.entry(family(element)).or_default());
+                overlay(document, child, row, &Values::default(), values, problems);
+                let kind = match values.get("type") {
+                    Some(Value::Text(kind)) => kind,
+                    _ => "",
+                };
                 let lint = if degree { lints::radians } else { lints::degrees };
-                lint(document, child, row, values, problems);
+                lint(document, child, row, kind, problems);
             }
         }
         for child in nested {
-            let Some(class) = document.attribute(child, "class").filter(|a| !self.classes.contains_key(&a.value))
-            else {
+            let class = document.attribute(child, "class");
+            let Some(class) = class.filter(|a| !self.classes.contains_key(a.value.as_str())) else {
                 continue;
             };
             let inherited = self.classes.get(name).cloned().unwrap_or_default();
-            self.classes.insert(class.value.clone(), inherited);
+            self.classes.insert(&class.value, inherited);
             self.class(document, child, &class.value, degree, problems);
         }
     }
 
     /// What a class gives an element; nothing if there is no such class.
-    pub fn values(&self, class: &str, parent: &str, element: &str) -> Values {
+    pub fn values(&self, class: &str, parent: &str, element: &str) -> Arc<Values<'a>> {
         let family = match parent {
             // What they tie together has its own defaults elsewhere.
-            "fixed" | "spatial" => return Values::new(),
-            "tendon" | "equality" => parent.to_string(),
+            "fixed" | "spatial" => return self.nothing.clone(),
+            "tendon" | "equality" => parent,
             _ => family(element),
         };
-        self.classes.get(class).and_then(|c| c.get(&family)).cloned().unwrap_or_default()
+        self.classes.get(class).and_then(|c| c.get(family)).unwrap_or(&self.nothing).clone()
     }
 }
 
 /// The kinds of actuator share one set of defaults, as in MuJoCo.
-pub fn family(element: &str) -> String {
+pub fn family(element: &str) -> &str {
     match element {
-        "motor" | "position" | "velocity" | "intvelocity" | "damper" | "cylinder" | "general" => "actuator".to_string(),
-        _ => element.to_string(),
+        "motor" | "position" | "velocity" | "intvelocity" | "damper" | "cylinder" | "general" => "actuator",
+        _ => element,
     }
 }
 
@@ -90,66 +127,70 @@ fn mixed_solref(document: &Document, node: NodeId, values: &Values, problems: &m
         if !attribute.name.contains("solref") {
             continue;
         }
-        if let Some(Value::Numbers(v)) = values.get(attribute.name.as_str())
+        if let Some(Value::Numbers(v)) = values.get(&attribute.name)
             && v.len() == 2
             && (v[0] > 0.0) != (v[1] > 0.0)
         {
             let kind =
-                ProblemKind::MixedSolref { attribute: attribute.name.clone(), value: format!("{} {}", v[0], v[1]) };
+                ProblemKind::MixedSolref { attribute: attribute.name.to_string(), value: format!("{} {}", v[0], v[1]) };
             problems.push(Problem::new(kind, attribute.value_span).help("MuJoCo and Penny use `0.02 1` instead"));
         }
     }
 }
 
-/// Puts an element's own values over those it inherits.
+/// Puts an element's own values over those it inherits. Whether it has an orientation of its own.
 ///
 /// As in MuJoCo, a shorter list of numbers replaces only the leading ones, and one form of orientation replaces
 /// whichever form was inherited. Values that are no numbers, or too many, are left out: they were reported.
-pub fn overlay(
-    document: &Document,
+pub fn overlay<'a>(
+    document: &'a Document,
     node: NodeId,
-    row: &'static Element,
-    values: &mut Values,
+    row: &'static Row,
+    inherited: &Values<'a>,
+    own: &mut Values<'a>,
     problems: &mut Vec<Problem>,
-) {
+) -> bool {
     let attributes = &document.node(node).attributes;
-    if attributes.iter().any(|a| ORIENTATIONS.contains(&a.name.as_str())) {
-        ORIENTATIONS.iter().for_each(|name| {
-            values.remove(name);
-        });
+    let turned = attributes.iter().any(|a| ORIENTATIONS.contains(&&*a.name));
+    if turned {
+        own.0.retain(|(name, _)| !ORIENTATIONS.contains(name));
     }
+    let mut doubtful = false;
     for attribute in attributes {
         let Some(column) = row.attribute(&attribute.name) else {
             continue;
         };
         match column.kind {
             Kind::Numbers(_, max) | Kind::Integers(_, max) => {
-                let Some(own) = super::check::floats(&attribute.value).filter(|v| v.len() <= max) else {
+                let Some(mut all) = super::check::floats(&attribute.value).filter(|v| v.len() <= max) else {
                     continue;
                 };
-                let mut all = match values.remove(column.name) {
+                doubtful |= attribute.name.starts_with("sol") || attribute.name.starts_with("o_sol");
+                let before = own.take(column.name);
+                let rest = match before.as_ref().or_else(|| inherited.get(column.name)) {
                     Some(Value::Numbers(inherited)) if max < usize::MAX => inherited,
-                    _ => super::check::floats(column.default).unwrap_or_default(),
+                    _ => &column.numbers,
                 };
-                if all.len() < own.len() {
-                    all = own;
-                } else {
-                    all[..own.len()].copy_from_slice(&own);
-                }
-                values.insert(column.name, Value::Numbers(all));
+                all.extend(rest.iter().skip(all.len()));
+                own.0.push((column.name, Value::Numbers(all)));
             }
             Kind::Keyword(words) if !words.contains(&attribute.value.as_str()) => {}
             Kind::Reference(_) if attribute.value.is_empty() => {
-                values.remove(column.name);
+                own.take(column.name);
+                own.0.push((column.name, Value::Nothing));
             }
             _ => {
-                values.insert(column.name, Value::Text(attribute.value.clone()));
+                own.take(column.name);
+                own.0.push((column.name, Value::Text(&attribute.value)));
             }
         }
     }
-    mixed_solref(document, node, values, problems);
-    lints::falling_impedance(document, node, values, problems);
-    lints::swapped(document, node, values, problems);
+    if doubtful {
+        mixed_solref(document, node, own, problems);
+        lints::falling_impedance(document, node, own, problems);
+        lints::swapped(document, node, own, problems);
+    }
+    turned
 }
 
 /// The five ways to write an orientation.

@@ -2,6 +2,8 @@
 //!
 //! What an element means is not known here; [`super::parse`] builds the tree, [`super::schema`] judges it.
 
+use std::borrow::Cow;
+
 use super::error::Problem;
 use super::source::Source;
 
@@ -34,6 +36,8 @@ pub struct Document {
     pub(super) nodes: Vec<Node>,
     /// Tags of includes, and the files that stand in their places (end tags: none).
     pub(super) includes: Vec<(Span, Option<u32>)>,
+    /// Whether an attribute is empty, or blank.
+    pub(super) blank: bool,
     /// Of each included file, what its outermost element holds.
     pub(super) contents: Vec<Span>,
 }
@@ -42,7 +46,7 @@ pub struct Document {
 #[derive(Clone, Debug)]
 pub struct Node {
     /// Of the element.
-    pub name: String,
+    pub name: Cow<'static, str>,
     /// From `<` to the end of the name.
     pub span: Span,
     /// The name in its end tag, if it has one.
@@ -57,7 +61,7 @@ pub struct Node {
 #[derive(Clone, Debug)]
 pub struct Attribute {
     /// Its name.
-    pub name: String,
+    pub name: Cow<'static, str>,
     /// Where its name stands.
     pub name_span: Span,
     /// Entities replaced.

@@ -38,7 +38,7 @@ pub fn files_of(document: &Document, node: NodeId) -> Vec<(&str, PathBuf)> {
         let there = |place: &PathBuf| folder(document, 0).join(place).is_file();
         if !there(&own) && there(&beside) { beside } else { own }
     };
-    places(document, node).into_iter().map(|(file, places)| (file.name.as_str(), found(places))).collect()
+    places(document, node).into_iter().map(|(file, places)| (&*file.name, found(places))).collect()
 }
 
 /// The file of that number lies in this folder.

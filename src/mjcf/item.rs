@@ -2,44 +2,96 @@
 
 use std::sync::Arc;
 
-use super::check::floats;
 use super::defaults::{ORIENTATIONS, Value, Values};
 use super::document::NodeId;
-use super::schema::Element;
+use super::schema::Row;
 use super::spec::{Orientation, Pose};
 
 /// An element with its values: its own, its class's, or the schema's defaults.
-pub struct Item {
+pub struct Item<'a> {
     pub node: NodeId,
-    pub row: &'static Element,
-    pub values: Values,
+    pub row: &'static Row,
+    /// What its class gives it.
+    pub inherited: Arc<Values<'a>>,
+    /// What it says itself, laid over what it inherits.
+    own: Values<'a>,
+    /// Where the value of each column is.
+    at: [Place; Row::COLUMNS],
 }
 
-impl Item {
-    /// Whether the element or its class gives this.
-    pub fn given(&self, name: &str) -> bool {
-        self.values.contains_key(name)
+#[derive(Clone, Copy)]
+enum Place {
+    Default,
+    Inherited(u8),
+    Own(u8),
+}
+
+impl<'a> Item<'a> {
+    /// `own`: laid over `inherited`. `turned`: it has an orientation of its own, in whatever form, and inherits none.
+    pub fn new(node: NodeId, row: &'static Row, inherited: Arc<Values<'a>>, own: Values<'a>, turned: bool) -> Item<'a> {
+        let mut at = [Place::Default; Row::COLUMNS];
+        for (i, (name, _)) in inherited.iter().enumerate() {
+            if let Some(place) = row.place(name).filter(|&place| !(turned && row.columns()[place].orientation)) {
+                at[place] = Place::Inherited(i as u8);
+            }
+        }
+        for (i, (name, _)) in own.iter().enumerate() {
+            if let Some(place) = row.place(name) {
+                at[place] = Place::Own(i as u8);
+            }
+        }
+        Item { node, row, inherited, own, at }
     }
 
-    fn default(&self, name: &str) -> &'static str {
-        self.row.attribute(name).map_or("", |column| column.default)
+    /// An element that says nothing.
+    pub fn plain(node: NodeId, row: &'static Row) -> Item<'a> {
+        Item::new(node, row, Arc::default(), Values::default(), false)
+    }
+
+    fn value(&self, name: &str) -> Option<&Value<'a>> {
+        let value = match self.row.place(name) {
+            Some(column) => self.value_at(column),
+            // Kinds of actuator share what they inherit.
+            None => self.inherited.get(name),
+        };
+        value.filter(|value| !matches!(value, Value::Nothing))
+    }
+
+    fn value_at(&self, column: usize) -> Option<&Value<'a>> {
+        match self.at[column] {
+            Place::Default => None,
+            Place::Inherited(i) => Some(&self.inherited[usize::from(i)].1),
+            Place::Own(i) => Some(&self.own[usize::from(i)].1),
+        }
+    }
+
+    /// Whether the element or its class gives this.
+    pub fn given(&self, name: &str) -> bool {
+        self.value(name).is_some()
+    }
+
+    /// The default, and what is given in place of its first numbers.
+    fn parts(&self, name: &str) -> [&[f64]; 2] {
+        let column = self.row.place(name);
+        let default = column.map_or(&[][..], |column| &self.row.columns()[column].numbers);
+        match column.map_or_else(|| self.inherited.get(name), |column| self.value_at(column)) {
+            Some(Value::Numbers(given)) => [default, given],
+            _ => [default, &[]],
+        }
     }
 
     pub fn numbers(&self, name: &str) -> Vec<f64> {
-        let mut all = floats(self.default(name)).unwrap_or_default();
-        if let Some(Value::Numbers(given)) = self.values.get(name) {
-            if all.len() < given.len() {
-                all = given.clone();
-            } else {
-                all[..given.len()].copy_from_slice(given);
-            }
-        }
+        let [default, given] = self.parts(name);
+        let mut all = given.to_vec();
+        all.extend(default.iter().skip(given.len()));
         all
     }
 
     pub fn array<const N: usize>(&self, name: &str) -> [f64; N] {
         let mut array = [0.0; N];
-        array.iter_mut().zip(self.numbers(name)).for_each(|(a, v)| *a = v);
+        for part in self.parts(name) {
+            array.iter_mut().zip(part).for_each(|(a, v)| *a = *v);
+        }
         array
     }
 
@@ -56,9 +108,9 @@ impl Item {
     }
 
     pub fn word(&self, name: &str) -> &str {
-        match self.values.get(name) {
+        match self.value(name) {
             Some(Value::Text(text)) => text,
-            _ => self.default(name),
+            _ => self.row.attribute(name).map_or("", |column| column.default),
         }
     }
 

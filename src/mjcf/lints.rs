@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use super::defaults::{Value, Values};
 use super::document::{Document, NodeId};
 use super::error::{Advice, Problem, ProblemKind};
-use super::schema::{Element, Lint};
+use super::schema::{Lint, Row};
 use super::suggestions::{neat, unit_of};
 
 /// What is questionable about number `index` of an attribute's `all`, and what to write instead.
@@ -61,12 +61,12 @@ pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64
 /// Warns of an impedance that falls with depth. MuJoCo takes it, and so does Penny.
 pub fn falling_impedance(document: &Document, node: NodeId, values: &Values, problems: &mut Vec<Problem>) {
     for attribute in document.node(node).attributes.iter().filter(|a| a.name.starts_with("solimp")) {
-        let Some(Value::Numbers(v)) = values.get(attribute.name.as_str()) else { continue };
+        let Some(Value::Numbers(v)) = values.get(&attribute.name) else { continue };
         if let [first, second, width, ..] = v[..]
             && first > second
             && width > 0.0
         {
-            let kind = ProblemKind::ImpedanceFalls { attribute: attribute.name.clone(), first, second };
+            let kind = ProblemKind::ImpedanceFalls { attribute: attribute.name.to_string(), first, second };
             let help = format!("its numbers are dmin dmax width: `{second} {first} {width}` rises");
             problems.push(Problem::new(kind, attribute.value_span).help(help));
         }
@@ -80,13 +80,13 @@ pub fn falling_impedance(document: &Document, node: NodeId, values: &Values, pro
 pub fn swapped(document: &Document, node: NodeId, values: &Values, problems: &mut Vec<Problem>) {
     let element = document.node(node);
     for attribute in &element.attributes {
-        let Some(Value::Numbers(v)) = values.get(attribute.name.as_str()) else { continue };
+        let Some(Value::Numbers(v)) = values.get(&attribute.name) else { continue };
         let (kind, names) = match v[..] {
             [timeconst, dampratio] if attribute.name.contains("solref") => {
                 if timeconst < 0.5 || dampratio <= 0.0 || dampratio > 0.1 {
                     continue;
                 }
-                let kind = ProblemKind::SolrefSwapped { attribute: attribute.name.clone(), timeconst, dampratio };
+                let kind = ProblemKind::SolrefSwapped { attribute: attribute.name.to_string(), timeconst, dampratio };
                 (kind, "timeconst dampratio")
             }
             [sliding, torsional, _] if attribute.name == "friction" && element.name == "geom" => {
@@ -108,11 +108,7 @@ pub fn swapped(document: &Document, node: NodeId, values: &Values, problems: &mu
 /// Warns of an element's angles that are to be in radians and look like degrees: whole numbers of many turns.
 ///
 /// A range may be of some turns (a wheel, a screw), an orientation hardly of one.
-pub fn degrees(document: &Document, node: NodeId, row: &Element, values: &Values, problems: &mut Vec<Problem>) {
-    let kind = match values.get("type") {
-        Some(Value::Text(kind)) => kind.as_str(),
-        _ => "",
-    };
+pub fn degrees(document: &Document, node: NodeId, row: &Row, kind: &str, problems: &mut Vec<Problem>) {
     for attribute in &document.node(node).attributes {
         let unit = row.attribute(&attribute.name).map_or("", |column| column.unit);
         if !unit.ends_with("angle") || (unit.starts_with("m or") && matches!(kind, "slide" | "free")) {
@@ -129,7 +125,7 @@ pub fn degrees(document: &Document, node: NodeId, row: &Element, values: &Values
         let radians = |(i, x): (usize, &f64)| if is_angle(i) { in_radians(*x) } else { x.to_string() };
         let help: Vec<String> = all.iter().enumerate().map(radians).collect();
         let kind = ProblemKind::LooksLikeDegrees {
-            attribute: attribute.name.clone(),
+            attribute: attribute.name.to_string(),
             word: largest.to_string(),
             turns: turned(largest),
         };
@@ -159,12 +155,8 @@ pub fn turned(x: f64) -> String {
 
 /// Warns of an element's angles that are to be in degrees and look like radians.
 ///
-/// `values`: with what the element inherits, because a joint's type says whether its `range` is an angle.
-pub fn radians(document: &Document, node: NodeId, row: &Element, values: &Values, problems: &mut Vec<Problem>) {
-    let kind = match values.get("type") {
-        Some(Value::Text(kind)) => kind.as_str(),
-        _ => "",
-    };
+/// `kind`: the element's `type`, also an inherited one: a joint's says whether its `range` is an angle.
+pub fn radians(document: &Document, node: NodeId, row: &Row, kind: &str, problems: &mut Vec<Problem>) {
     for attribute in &document.node(node).attributes {
         let unit = row.attribute(&attribute.name).map_or("", |column| column.unit);
         if !unit.ends_with("angle") || (unit.starts_with("m or") && matches!(kind, "slide" | "free")) {
@@ -185,7 +177,7 @@ pub fn radians(document: &Document, node: NodeId, row: &Element, values: &Values
             None => ((x.to_degrees() * 100.0).round() / 100.0).to_string(),
         };
         let help: Vec<String> = all.iter().enumerate().map(degrees).collect();
-        let kind = ProblemKind::LooksLikeRadians { attribute: attribute.name.clone() };
+        let kind = ProblemKind::LooksLikeRadians { attribute: attribute.name.to_string() };
         let meant = help.join(" ");
         let help = format!("write `{meant}`, or `<compiler angle=\"radian\"/>` for the whole scene");
         let problem = Problem::new(kind, attribute.value_span).help(help);

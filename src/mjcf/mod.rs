@@ -119,6 +119,14 @@ fn finish((mut document, mut problems): (Document, Vec<Problem>), limits: &Limit
 
 /// What every replica of an element has wrong is said once.
 fn once_each(problems: &mut Vec<Problem>) {
-    let mut said = std::collections::BTreeSet::new();
-    problems.retain(|problem| said.insert((problem.span, problem.kind.to_string())));
+    let mut order: Vec<usize> = (0..problems.len()).collect();
+    order.sort_by_key(|&i| problems[i].span);
+    let mut again = vec![false; problems.len()];
+    // What two say is compared only where they have one place.
+    for place in order.chunk_by(|&a, &b| problems[a].span == problems[b].span).filter(|place| place.len() > 1) {
+        let mut said = std::collections::HashSet::new();
+        place.iter().for_each(|&i| again[i] = !said.insert(problems[i].kind.to_string()));
+    }
+    let mut again = again.into_iter();
+    problems.retain(|_| again.next() == Some(false));
 }

@@ -15,6 +15,7 @@ use super::error::{Problem, ProblemKind};
 use super::limits::Limits;
 use super::nearest::nearest;
 use super::printable::{is_command, one_line};
+use super::schema;
 use super::source::Source;
 
 /// Quotes of word processors.
@@ -59,6 +60,7 @@ fn parse_file(path: &Path, text: String, limits: &Limits) -> (Document, Vec<Prob
         last_stray: Span::default(),
         left: limits.bytes,
         full: false,
+        attributes: Vec::new(),
     };
     let name = path.display().to_string();
     if text.len() > parser.left {
@@ -184,11 +186,13 @@ struct Parser<'a> {
     left: usize,
     /// A limit is exceeded: nothing more is read.
     full: bool,
+    /// Where the attributes of an element are gathered.
+    attributes: Vec<Attribute>,
 }
 
 /// An element whose end tag has not come yet.
-struct Open {
-    name: String,
+struct Open<'a> {
+    name: &'a str,
     span: Span,
     /// Where its children go: itself, or for the outermost element of an included file the include's parent.
     node: NodeId,
@@ -198,7 +202,7 @@ struct Open {
 struct File<'a> {
     number: u32,
     text: &'a str,
-    stack: Vec<Open>,
+    stack: Vec<Open<'a>>,
     /// Where the children of the outermost element go if this is an included file.
     into: Option<NodeId>,
     roots: usize,
@@ -250,6 +254,9 @@ impl Parser<'_> {
             let problem = Problem::new(ProblemKind::NulByte, Span::new(number, at, at + 1));
             return self.problems.push(problem.help("it is no text: write the file anew, or remove the byte"));
         }
+        // Every element begins with one of these; a text of nothing else has no room for itself.
+        let tags = text.bytes().filter(|&c| c == b'<').count() - text.matches("</").count();
+        self.document.nodes.reserve(tags.min(text.len() / 8).min(1 << 20));
         let mut reader = Reader::from_str(text);
         // End tags are matched here, where both places are known.
         reader.config_mut().check_end_names = false;
@@ -278,7 +285,7 @@ impl Parser<'_> {
         if let Some(open) = file.stack.last().filter(|_| !self.full) {
             let eof = Span::new(number, text.trim_end().len(), text.trim_end().len());
             self.problems.push(
-                Problem::new(ProblemKind::UnclosedElement { element: open.name.clone() }, open.span)
+                Problem::new(ProblemKind::UnclosedElement { element: open.name.to_string() }, open.span)
                     .help(format!("`</{}>` is missing before the end of the file", open.name))
                     .related(eof, "the file ends here"),
             );
@@ -345,7 +352,7 @@ impl Parser<'_> {
                 into
             }
             _ if name == "include" && parent.is_some() => {
-                let include = Node { name: name.to_string(), span, end: None, attributes, children: Vec::new() };
+                let include = Node { name: schema::name_of(name), span, end: None, attributes, children: Vec::new() };
                 let parent = parent.unwrap_or_default();
                 let next = self.document.files.len();
                 self.include(&include, parent, file);
@@ -358,10 +365,12 @@ impl Parser<'_> {
             _ if self.document.nodes.len() >= self.limits.elements => {
                 return self.exceeds("elements", self.limits.elements, span);
             }
-            _ => self.push(Node { name: name.to_string(), span, end: None, attributes, children: Vec::new() }, parent),
+            _ => self
+                .push(Node { name: schema::name_of(name), span, end: None, attributes, children: Vec::new() }, parent),
         };
         if has_content {
-            file.stack.push(Open { name: name.to_string(), span, node });
+            let from = span.start as usize + 1;
+            file.stack.push(Open { name: &file.text[from..from + name.len()], span, node });
         }
     }
 
@@ -377,7 +386,7 @@ impl Parser<'_> {
     fn attributes(&mut self, file: &File, tag: &BytesStart) -> Vec<Attribute> {
         let content: &str = tag;
         let base = file.span(content).start as usize;
-        let mut out: Vec<Attribute> = Vec::new();
+        let mut out = std::mem::take(&mut self.attributes);
         let mut by_name: HashMap<String, usize> = HashMap::new();
         // Whether one is given twice is looked at here, in a time that grows with their number only.
         for attribute in tag.attributes().with_checks(false) {
@@ -399,10 +408,12 @@ impl Parser<'_> {
                         0 => Span::new(file.number, raw_at - 1, raw_at + 1),
                         len => Span::new(file.number, raw_at, raw_at + len),
                     };
+                    let value = self.value(raw, value_span);
+                    self.document.blank |= value.trim().is_empty();
                     out.push(Attribute {
-                        name: key.to_string(),
+                        name: schema::name_of(key),
                         name_span: Span::new(file.number, key_at, key_at + key.len()),
-                        value: self.value(raw, value_span),
+                        value,
                         value_span,
                     });
                 }
@@ -415,12 +426,18 @@ impl Parser<'_> {
                 }
             }
         }
-        out
+        // No more room than they need.
+        let attributes = out.drain(..).collect();
+        self.attributes = out;
+        attributes
     }
 
     /// The value of an attribute as XML has it: entities replaced, and blanks where it breaks a line. What would
     /// give commands to a terminal is written out.
     fn value(&mut self, raw: &str, span: Span) -> String {
+        if raw.bytes().all(|c| matches!(c, b' '..=b'~') && c != b'&') {
+            return raw.to_string();
+        }
         let value = self.unescape(raw, span);
         match one_line(&value) {
             Cow::Borrowed(_) => value,
@@ -497,8 +514,8 @@ impl Parser<'_> {
 
     fn end(&mut self, file: &mut File, name: &str, span: Span) {
         let Some(depth) = file.stack.iter().rposition(|open| open.name == name) else {
-            let expected = file.stack.last().map(|open| open.name.clone());
-            let close = expected.as_deref().filter(|e| nearest(name, [*e]).is_some()).map(|e| format!("/{e}"));
+            let expected = file.stack.last().map(|open| open.name);
+            let close = expected.filter(|e| nearest(name, [*e]).is_some()).map(|e| format!("/{e}"));
             if close.is_some() {
                 file.stack.pop();
             }
@@ -511,7 +528,7 @@ impl Parser<'_> {
         };
         for open in file.stack.drain(depth + 1..) {
             self.problems.push(
-                Problem::new(ProblemKind::UnclosedElement { element: open.name.clone() }, open.span)
+                Problem::new(ProblemKind::UnclosedElement { element: open.name.to_string() }, open.span)
                     .help(format!("`</{}>` or `/>` is missing", open.name))
                     .related(span, format!("`</{name}>` comes first")),
             );
@@ -562,7 +579,7 @@ impl Parser<'_> {
     fn include(&mut self, include: &Node, parent: NodeId, from: &File) {
         let mut misspelt = false;
         for other in include.attributes.iter().filter(|a| a.name != "file") {
-            let kind = ProblemKind::UnknownAttribute { element: "include".into(), attribute: other.name.clone() };
+            let kind = ProblemKind::UnknownAttribute { element: "include".into(), attribute: other.name.to_string() };
             self.problems.push(Problem::new(kind, other.name_span).correct(nearest(&other.name, ["file"])));
             misspelt = true;
         }
@@ -662,7 +679,7 @@ fn earlier(before: &[Attribute], by_name: &mut HashMap<String, usize>, name: &st
         return before.iter().find(|a| a.name == name).map(|a| a.name_span);
     }
     for i in by_name.len()..before.len() {
-        by_name.insert(before[i].name.clone(), i);
+        by_name.insert(before[i].name.to_string(), i);
     }
     by_name.get(name).map(|&i| before[i].name_span)
 }

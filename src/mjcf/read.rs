@@ -12,8 +12,9 @@ use super::error::{Problem, ProblemKind};
 use super::item::Item;
 use super::lints;
 use super::nearest::nearest;
-use super::schema::{self, Element, Kind};
+use super::schema::{self, Kind, Row};
 use super::spec::*;
+use std::sync::Arc;
 
 /// Reads the scene below the `mujoco` element.
 pub fn read(document: &Document, root: NodeId, names: &Names, problems: &mut Vec<Problem>) -> Spec {
@@ -93,7 +94,9 @@ pub struct Reader<'a> {
     degree: bool,
     /// `<compiler inertiafromgeom>`
     pub inertiafromgeom: Option<bool>,
-    classes: Classes,
+    classes: Classes<'a>,
+    /// What all free joints have in common, once there was one.
+    pub free: Option<Joint>,
     /// Meshes by name, those that were asked for.
     pub meshes: BTreeMap<String, Option<Mesh>>,
     /// `<size>`: how many `user` numbers an element may have, and the attribute that says so, by element.
@@ -102,24 +105,24 @@ pub struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn new(document: &'a Document, names: &'a Names<'a>, problems: &'a mut Vec<Problem>) -> Reader<'a> {
-        let (classes, meshes, users) = Default::default();
-        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, meshes, users }
+        let (classes, meshes, users, free) = Default::default();
+        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, meshes, users, free }
     }
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
     pub fn report(&mut self, kind: ProblemKind, span: Span) {
         self.problems.push(Problem::new(kind, span));
     }
 
     /// The element with the values of its class: its own `class`, else the one around it.
-    pub fn item(&mut self, node: NodeId, parent: &str, class: &str) -> Option<Item> {
+    pub fn item(&mut self, node: NodeId, parent: &str, class: &str) -> Option<Item<'a>> {
         let element = &self.document.node(node).name;
         let row = schema::find(parent, element).filter(|row| !matches!(row.status, schema::Status::Unsupported(..)))?;
         let class = self.document.attribute(node, "class").map_or(class, |a| a.value.as_str());
         let item = self.overlaid(node, row, self.classes.values(class, parent, element));
         let lint = if self.degree { lints::radians } else { lints::degrees };
-        lint(self.document, node, row, &item.values, self.problems);
+        lint(self.document, node, row, item.word("type"), self.problems);
         self.inherited_references(&item);
         self.user_numbers(&item);
         Some(item)
@@ -127,14 +130,15 @@ impl Reader<'_> {
 
     /// What an element's class refers to must be there as soon as the element is.
     fn inherited_references(&mut self, item: &Item) {
-        for column in item.row.typed_attributes() {
-            if let (Kind::Reference(what), Some(Value::Text(name))) = (column.kind, item.values.get(column.name))
-                && self.document.attribute(item.node, column.name).is_none()
-                && !check::is_defined(self.names, what, name)
+        for (name, value) in item.inherited.iter() {
+            if let Some(Kind::Reference(what)) = item.row.attribute(name).map(|column| column.kind)
+                && let Value::Text(name_given) = value
+                && self.document.attribute(item.node, name).is_none()
+                && !check::is_defined(self.names, what, name_given)
             {
                 let known = self.names.get(what).into_iter().flat_map(|of| of.keys().copied());
-                let near = nearest(name, known);
-                let kind = ProblemKind::UnknownReference { what: what.into(), name: name.clone() };
+                let near = nearest(name_given, known);
+                let kind = ProblemKind::UnknownReference { what: what.into(), name: name_given.to_string() };
                 let element = &self.document.node(item.node).name;
                 let problem = Problem::new(kind, self.document.span(item.node))
                     .help(format!("a default class gives it to this {element}"));
@@ -144,7 +148,10 @@ impl Reader<'_> {
     }
 
     fn user_numbers(&mut self, item: &Item) {
-        let element = self.document.node(item.node).name.as_str();
+        if self.users.is_empty() {
+            return;
+        }
+        let element = &*self.document.node(item.node).name;
         let Some(&(size, most)) = self.users.get(element) else { return };
         let found = item.numbers("user").len();
         if found > most {
@@ -176,16 +183,20 @@ impl Reader<'_> {
         rows.map(|(element, size)| (element, (size, item.integer(size) as usize))).collect()
     }
 
-    fn overlaid(&mut self, node: NodeId, row: &'static Element, mut values: Values) -> Item {
-        defaults::overlay(self.document, node, row, &mut values, self.problems);
-        Item { node, row, values }
+    fn overlaid(&mut self, node: NodeId, row: &'static Row, inherited: Arc<Values<'a>>) -> Item<'a> {
+        let mut own = Values::default();
+        let turned = defaults::overlay(self.document, node, row, &inherited, &mut own, self.problems);
+        Item::new(node, row, inherited, own, turned)
     }
 
     /// Several elements that count as one: later values replace earlier ones.
-    fn merged(&mut self, nodes: &[NodeId], parent: &str, element: &str) -> Option<Item> {
+    fn merged(&mut self, nodes: &[NodeId], parent: &str, element: &str) -> Option<Item<'a>> {
         let row = schema::find(parent, element)?;
-        let values = nodes.iter().fold(Values::new(), |values, &node| self.overlaid(node, row, values).values);
-        Some(Item { node: nodes.last().copied().unwrap_or_default(), row, values })
+        let mut values = Values::default();
+        for &node in nodes {
+            defaults::overlay(self.document, node, row, &Values::default(), &mut values, self.problems);
+        }
+        Some(Item::new(nodes.last().copied().unwrap_or_default(), row, Arc::default(), values, false))
     }
 
     // Settings.
@@ -255,7 +266,7 @@ impl Reader<'_> {
             let Some(item) = self.item(child, section, MAIN) else {
                 continue;
             };
-            match self.document.node(child).name.as_str() {
+            match &*self.document.node(child).name {
                 "pair" => spec.pairs.push(pair(&item)),
                 "exclude" => spec.excludes.push(Exclude {
                     node: child,
@@ -351,7 +362,8 @@ impl Reader<'_> {
             _ if item.given("objname") => {
                 let pair = [("reftype", "refname"), ("refname", "reftype")];
                 if let Some((_, missing)) = pair.into_iter().find(|(a, b)| item.given(a) && !item.given(b)) {
-                    let kind = ProblemKind::MissingAttribute { element: element.clone(), attribute: missing.into() };
+                    let kind =
+                        ProblemKind::MissingAttribute { element: element.to_string(), attribute: missing.into() };
                     self.report(kind, self.document.span(node));
                 }
                 let reference = item.given("refname").then(|| (word("reftype"), word("refname")));
@@ -366,7 +378,7 @@ impl Reader<'_> {
         let camera = [Some(&object), reference.as_ref()].into_iter().flatten().any(|(of, _)| of == "camera");
         if camera {
             let lost = "Penny has no cameras that measure; the other sensors are not affected".to_string();
-            let kind = ProblemKind::Ignored { name: element.clone(), lost };
+            let kind = ProblemKind::Ignored { name: element.to_string(), lost };
             self.report(kind, self.document.span(node));
         }
         if unmeasured || camera {
@@ -388,7 +400,7 @@ impl Reader<'_> {
 
     fn actuator(&mut self, node: NodeId) -> Option<Actuator> {
         let item = self.item(node, "actuator", MAIN)?;
-        let element = self.document.node(node).name.clone();
+        let element = self.document.node(node).name.to_string();
         let (kp, kv) = (item.number("kp"), item.number("kv"));
         let servo = ([kp, 0.0, 0.0], [0.0, -kp, -kv]);
         let filter = item.number("timeconst");

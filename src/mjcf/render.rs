@@ -1,8 +1,10 @@
 //! Problems as text, with the lines they are about.
 
+use std::collections::hash_map::RandomState;
 use std::collections::{BTreeMap, HashMap};
+use std::hash::{BuildHasher, Hash, Hasher};
 
-use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{Annotation, AnnotationKind, Level, Renderer, Snippet};
 
 use super::document::{Document, Span};
 use super::error::{Problem, ProblemKind, Severity};
@@ -33,19 +35,21 @@ pub fn render(document: &Document, problems: &[Problem], colour: bool) -> String
     let mut groups = alike(problems);
     let hidden = groups.len().saturating_sub(SHOWN);
     if hidden > 0 {
-        groups.sort_by_key(|group| (group[0].severity() != Severity::Error, group[0].span));
+        // Those of one severity stay in their order.
+        groups.sort_by_key(|group| group.first.severity() != Severity::Error);
     }
-    let rest: Vec<&Problem> = groups.drain(groups.len() - hidden..).flatten().collect();
-    groups.sort_by_key(|group| (group[0].span, std::ptr::from_ref(group[0])));
+    let rest = groups.split_off(groups.len() - hidden);
+    let rest: Vec<&Problem> = rest.into_iter().flat_map(Group::all).collect();
+    groups.sort_by_key(|group| group.place());
     let mut out = String::new();
     for group in &groups {
         if !out.is_empty() {
             out.push('\n');
         }
-        out.push_str(page.report(group[0]).trim_end());
+        out.push_str(page.report(group.first).trim_end());
         out.push('\n');
-        if group.len() > 1 {
-            out.push_str(&page.others(&group[1..]));
+        if !group.others.is_empty() {
+            out.push_str(&page.others(&group.others));
         }
     }
     if !rest.is_empty() {
@@ -62,34 +66,80 @@ fn plural(n: usize) -> &'static str {
     if n == 1 { "" } else { "s" }
 }
 
-/// Groups of problems that say the same, each in the order of places; small groups fall apart.
-fn alike(problems: &[Problem]) -> Vec<Vec<&Problem>> {
-    let mut groups: HashMap<(u32, &'static str, String), Vec<&Problem>> = HashMap::new();
-    for problem in problems {
-        groups.entry((problem.span.file, problem.kind.code(), subject(&problem.kind))).or_default().push(problem);
+/// Problems that say the same, in the order of their places.
+struct Group<'p> {
+    first: &'p Problem,
+    others: Vec<&'p Problem>,
+}
+
+impl<'p> Group<'p> {
+    fn one(first: &'p Problem) -> Group<'p> {
+        Group { first, others: Vec::new() }
     }
-    let mut out = Vec::new();
-    for mut group in groups.into_values() {
-        group.sort_by_key(|problem| problem.span);
-        if group.len() > ALIKE { out.push(group) } else { out.extend(group.into_iter().map(|p| vec![p])) }
+
+    fn all(self) -> impl Iterator<Item = &'p Problem> {
+        std::iter::once(self.first).chain(self.others)
     }
-    // Problems of one place as they come.
-    out.sort_by_key(|group| (group[0].span, std::ptr::from_ref(group[0])));
-    out
+
+    /// Problems of one place stand as they come.
+    fn place(&self) -> (Span, *const Problem) {
+        (self.first.span, std::ptr::from_ref(self.first))
+    }
+}
+
+/// The problems in the order of their places, those alike in groups; small groups fall apart.
+fn alike(problems: &[Problem]) -> Vec<Group<'_>> {
+    let mut sorted: Vec<&Problem> = problems.iter().collect();
+    sorted.sort_by_key(|problem| problem.span);
+    let mut groups: Vec<Group> = Vec::new();
+    // A hash stands for what a group has in common: text for each of thousands would only be thrown away.
+    let mut known: HashMap<u64, usize> = HashMap::with_capacity(sorted.len());
+    let random = RandomState::new();
+    for problem in sorted {
+        let mut common = Common(random.build_hasher());
+        (problem.span.file, problem.kind.code()).hash(&mut common.0);
+        // A hasher takes any text.
+        let _ = subject(&problem.kind, &mut common);
+        let group = *known.entry(common.0.finish()).or_insert(groups.len());
+        match groups.get_mut(group) {
+            Some(group) => group.others.push(problem),
+            None => groups.push(Group::one(problem)),
+        }
+    }
+    let small = |group: &Group| (1..ALIKE).contains(&group.others.len());
+    if groups.iter().any(small) {
+        for mut group in std::mem::take(&mut groups) {
+            let others = if small(&group) { std::mem::take(&mut group.others) } else { Vec::new() };
+            groups.push(group);
+            groups.extend(others.into_iter().map(Group::one));
+        }
+        groups.sort_by_key(Group::place);
+    }
+    groups
+}
+
+/// Takes what problems have in common, as text.
+struct Common<H>(H);
+
+impl<H: Hasher> std::fmt::Write for Common<H> {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        self.0.write(text.as_bytes());
+        Ok(())
+    }
 }
 
 /// What problems alike have in common, beside their kind: the sentence; of doubtful numbers the attribute, of names
 /// that are taken or unknown what they are names of.
-fn subject(kind: &ProblemKind) -> String {
+fn subject(kind: &ProblemKind, out: &mut impl std::fmt::Write) -> std::fmt::Result {
     use ProblemKind::*;
     match kind {
         Clamped { attribute, .. }
         | Raised { attribute, .. }
         | ColourCut { attribute, .. }
         | SolrefSwapped { attribute, .. }
-        | MixedSolref { attribute, .. } => attribute.clone(),
-        DuplicateName { what, .. } => what.clone(),
-        _ => kind.to_string(),
+        | MixedSolref { attribute, .. } => out.write_str(attribute),
+        DuplicateName { what, .. } => out.write_str(what),
+        _ => write!(out, "{kind}"),
     }
 }
 
@@ -144,8 +194,8 @@ impl<'a> Page<'a> {
         let help = help.as_deref();
         // A file without text has no lines to show; its name is in the sentence.
         if self.text(problem.span.file).trim().is_empty() {
-            let help = help.map(|help| Group::with_title(Level::HELP.primary_title(help)));
-            let lines = std::iter::once(Group::with_title(title)).chain(help);
+            let help = help.map(|help| annotate_snippets::Group::with_title(Level::HELP.primary_title(help)));
+            let lines = std::iter::once(annotate_snippets::Group::with_title(title)).chain(help);
             return lines.map(|line| self.renderer.render(&[line]) + "\n").collect();
         }
         let below = help.filter(|help| help.chars().count() > LABEL_WIDTH);

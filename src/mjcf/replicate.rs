@@ -48,7 +48,7 @@ fn find(document: &Document, node: NodeId, found: &mut Vec<NodeId>) {
 }
 
 fn sections(document: &Document, root: NodeId, names: &[&str]) -> Vec<NodeId> {
-    let is = |&node: &NodeId| names.contains(&document.node(node).name.as_str());
+    let is = |&node: &NodeId| names.contains(&&*document.node(node).name);
     document.node(root).children.iter().copied().filter(is).collect()
 }
 
@@ -61,7 +61,7 @@ fn replicate(
     problems: &mut Vec<Problem>,
 ) {
     for &child in &document.node(node).children {
-        let element = document.node(child).name.clone();
+        let element = document.node(child).name.to_string();
         if matches!(element.as_str(), "joint" | "freejoint" | "inertial") {
             let kind = ProblemKind::MisplacedElement { parent: "replicate".into(), element };
             problems.push(Problem::new(kind, document.span(child)).help("put it into a `<body>`"));
@@ -148,7 +148,7 @@ fn copy_references(
 /// The frame of a replica, its pose in numbers that read back exactly.
 fn frame(replicate: &Node, pos: &Vec3, quat: &Quat) -> Node {
     let attribute = |name: &str, numbers: &[f64]| Attribute {
-        name: name.to_string(),
+        name: schema::name_of(name),
         name_span: replicate.span,
         value: numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" "),
         value_span: replicate.span,

@@ -5,8 +5,11 @@
 //! warning, or *unsupported* with an error; the latter two say what is lost. Here are the columns; the rows are
 //! in `table.rs`.
 
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::ops::Deref;
 use std::sync::LazyLock;
+
+use super::defaults::ORIENTATIONS;
 
 pub use super::table::SCHEMA;
 
@@ -300,16 +303,157 @@ pub fn kind_named(objtype: &str) -> Option<&'static str> {
     if objtype == "xbody" { Some("body") } else { kinds.into_iter().find(|kind| *kind == objtype) }
 }
 
-/// The element of that name inside that parent.
-pub fn find(parent: &str, name: &str) -> Option<&'static Element> {
-    static ROWS: LazyLock<HashMap<&'static str, Vec<&'static Element>>> = LazyLock::new(|| {
-        let mut rows: HashMap<&'static str, Vec<&'static Element>> = HashMap::new();
-        for row in SCHEMA {
-            row.names.split_ascii_whitespace().for_each(|name| rows.entry(name).or_default().push(row));
+/// A row as the reader uses it, for every element of a file: columns are found by name at once, and defaults are read.
+pub struct Row {
+    element: &'static Element,
+    columns: Vec<Column>,
+    places: Names,
+}
+
+/// A column of a [`Row`].
+pub struct Column {
+    attribute: &'static Attribute,
+    /// The default as numbers; empty if it is none.
+    pub numbers: Vec<f64>,
+    /// Whether this is one of the ways to write an orientation.
+    pub orientation: bool,
+}
+
+impl Deref for Row {
+    type Target = Element;
+
+    fn deref(&self) -> &Element {
+        self.element
+    }
+}
+
+impl Deref for Column {
+    type Target = Attribute;
+
+    fn deref(&self) -> &Attribute {
+        self.attribute
+    }
+}
+
+impl Row {
+    /// No row has more columns.
+    pub const COLUMNS: usize = 64;
+
+    fn new(element: &'static Element) -> Row {
+        let column = |attribute: &'static Attribute| Column {
+            attribute,
+            numbers: super::check::floats(attribute.default).unwrap_or_default(),
+            orientation: ORIENTATIONS.contains(&attribute.name),
+        };
+        let columns: Vec<Column> = element.typed_attributes().map(column).collect();
+        assert!(columns.len() <= Row::COLUMNS, "`{}` has {} columns", element.names, columns.len());
+        let places = Names::of(columns.iter().map(|column| column.name));
+        Row { element, columns, places }
+    }
+
+    /// Its columns, in the order of the table.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The number of a column.
+    pub fn place(&self, name: &str) -> Option<usize> {
+        self.places.find(name)
+    }
+
+    /// The column of that name.
+    pub fn attribute(&self, name: &str) -> Option<&Column> {
+        self.place(name).map(|i| &self.columns[i])
+    }
+}
+
+/// Names and their numbers, found by length and three letters: the names are the schema's, which has few that share these.
+struct Names {
+    /// A number more than that of the name whose letters lead here, or of one that found its place taken; 0: none.
+    slots: Vec<u16>,
+    /// Each once.
+    names: Vec<&'static str>,
+}
+
+impl Names {
+    /// The numbers are those of the iterator; of a name that comes twice, its first.
+    fn of(list: impl Iterator<Item = &'static str>) -> Names {
+        let names: Vec<&'static str> = list.collect();
+        let mut names = Names { slots: vec![0; (4 * names.len()).next_power_of_two()], names };
+        for i in 0..names.names.len() {
+            if let Err(slot) = names.look_up(names.names[i]) {
+                names.slots[slot] = i as u16 + 1;
+            }
         }
-        rows
-    });
-    ROWS.get(name)?.iter().copied().find(|row| row.stands_in(parent))
+        names
+    }
+
+    fn find(&self, name: &str) -> Option<usize> {
+        self.look_up(name).ok()
+    }
+
+    /// The number of a name, or where it would be.
+    fn look_up(&self, name: &str) -> Result<usize, usize> {
+        let mask = self.slots.len() - 1;
+        let (n, [a, b, c]) = match name.as_bytes() {
+            [a, .., b, c] => (name.len(), [*a, *b, *c]),
+            [a, c] => (2, [*a, 0, *c]),
+            [a] => (1, [*a, 0, 0]),
+            [] => (0, [0; 3]),
+        };
+        // Their product with the golden ratio spreads them over the upper bits (Knuth, TAOCP 3, 6.4).
+        let key = u32::from_le_bytes([a, b, c, n as u8]).wrapping_mul(0x9e37_79b1);
+        let mut slot = (key >> 16) as usize & mask;
+        // A quarter of the slots is taken at most.
+        while let Some(i) = usize::from(self.slots[slot]).checked_sub(1) {
+            if self.names[i] == name {
+                return Ok(i);
+            }
+            slot = (slot + 1) & mask;
+        }
+        Err(slot)
+    }
+}
+
+/// The table as it is looked up.
+struct Tables {
+    /// Of elements and attributes.
+    names: Names,
+    /// The rows of each name, each with the elements that it may stand in.
+    rows: Vec<Vec<(Vec<&'static str>, &'static Row)>>,
+}
+
+static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| SCHEMA.iter().map(Row::new).collect());
+
+static TABLES: LazyLock<Tables> = LazyLock::new(|| {
+    let of = |row: &'static Row| row.names.split_ascii_whitespace().chain(row.attribute_names());
+    let names = Names::of(ROWS.iter().flat_map(of));
+    let mut rows = vec![Vec::new(); names.names.len()];
+    for row in ROWS.iter() {
+        for name in row.names.split_ascii_whitespace().filter_map(|name| names.find(name)) {
+            rows[name].push((row.parents.split_ascii_whitespace().collect(), row));
+        }
+    }
+    Tables { names, rows }
+});
+
+/// The outermost element.
+pub fn root() -> &'static Row {
+    &ROWS[0]
+}
+
+/// The element of that name inside that parent.
+pub fn find(parent: &str, name: &str) -> Option<&'static Row> {
+    let rows = &TABLES.rows[TABLES.names.find(name)?];
+    rows.iter().find(|(parents, _)| parents.iter().any(|p| *p == parent || *p == "*")).map(|(_, row)| *row)
+}
+
+/// A name without a copy of its own, if the table has it.
+pub(super) fn name_of(name: &str) -> Cow<'static, str> {
+    match TABLES.names.find(name) {
+        Some(known) => Cow::Borrowed(TABLES.names.names[known]),
+        None => Cow::Owned(name.to_string()),
+    }
 }
 
 /// The names of all elements that may stand in that parent.

@@ -77,7 +77,8 @@ pub struct Body {
     pub node: NodeId,
     pub name: Option<String>,
     pub pose: Pose,
-    pub inertial: Option<Inertial>,
+    /// Seldom there, and large.
+    pub inertial: Option<Box<Inertial>>,
     pub joints: Vec<Joint>,
     pub geoms: Vec<Geom>,
     pub sites: Vec<Site>,

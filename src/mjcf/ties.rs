@@ -15,7 +15,7 @@ impl Reader<'_> {
 
     fn tendon(&mut self, node: NodeId) -> Option<Tendon> {
         let item = self.item(node, "tendon", MAIN)?;
-        let path = match self.document.node(node).name.as_str() {
+        let path = match &*self.document.node(node).name {
             "fixed" => Path::Fixed(self.parts(node)),
             _ => Path::Spatial(self.waypoints(node)),
         };
@@ -96,7 +96,7 @@ impl Reader<'_> {
         for &node in &self.document.node(tendon).children {
             let Some(item) = self.item(node, "spatial", MAIN) else { continue };
             let word = |name: &str| item.word(name).to_string();
-            points.push(match self.document.node(node).name.as_str() {
+            points.push(match &*self.document.node(node).name {
                 "site" => (node, Waypoint::Site(word("site"))),
                 "geom" => {
                     let side = item.given("sidesite").then(|| word("sidesite"));
@@ -148,7 +148,7 @@ impl Reader<'_> {
         let item = self.item(node, "equality", MAIN)?;
         let word = |name: &str| item.word(name).to_string();
         let maybe = |name: &str| item.given(name).then(|| word(name));
-        let element = self.document.node(node).name.clone();
+        let element = self.document.node(node).name.to_string();
         let kind = match element.as_str() {
             "joint" => {
                 let joints = (word("joint1"), maybe("joint2"));

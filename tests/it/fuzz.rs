@@ -3,7 +3,7 @@
 //! Five targets, each a function of one seed: bytes → document; schema-driven MJCF → model → steps under every law;
 //! trees of includes; recorded sessions; command lines. The default suite gives each a moment; for longer runs:
 //!
-//!     PENNY_FUZZ=3600 PENNY_FUZZ_FROM=1000000 cargo test --release --test it fuzz -- --nocapture
+//!     PENNY_FUZZ=3600 PENNY_FUZZ_FROM=1000000 cargo test --profile fuzz --test it fuzz -- --nocapture
 //!
 //! `PENNY_FUZZ`: seconds for each target. `PENNY_FUZZ_FROM`: the first seed. A failure names its target and seed;
 //! `PENNY_FUZZ=0 PENNY_FUZZ_FROM=seed` runs that one again. Files in tests/fuzz are what once went wrong, and they are
@@ -26,8 +26,10 @@ use penny_view::session::{Player, Session, Source};
 
 use crate::random_scene::Random;
 
-/// An input may take so long, s. In a release build on an idle machine none takes more than one.
+/// An input may take so much processor time, s. In a release build none takes more than one.
 const LONGEST: f64 = 20.0;
+/// The whole process, so each input, may have so much memory, kB.
+const MEMORY: u64 = 256 << 10;
 /// And a report may have so many bytes.
 const REPORT: usize = 150_000;
 
@@ -46,27 +48,66 @@ impl Drop for Input {
     }
 }
 
-/// Gives a target one seed after the other until its time is over.
+/// Processor time of this thread, s: what an input takes on a machine that others use too. Where it is not told, the
+/// time since `start`.
+fn spent(start: Instant) -> f64 {
+    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = told.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    nanoseconds.map_or(start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
+}
+
+/// The most memory that this process has had, kB, where the system tells.
+fn peak() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    status.lines().find(|line| line.starts_with("VmHWM"))?.split_whitespace().nth(1)?.parse().ok()
+}
+
+/// Gives a target one seed after the other until its time is over, and says every minute where it is.
 fn fuzz(name: &'static str, mut target: impl FnMut(u64)) {
     let seconds = setting("PENNY_FUZZ").unwrap_or(0.5);
     let from = setting("PENNY_FUZZ_FROM").unwrap_or(0.0) as u64;
     let start = Instant::now();
-    let (mut seed, mut longest) = (from, (Duration::ZERO, from));
+    let (mut seed, mut longest, mut minutes) = (from, (0.0, from), 1);
+    let mut before = spent(start);
     loop {
         let input = Input(name, seed);
-        let before = Instant::now();
         target(seed);
-        longest = longest.max((before.elapsed(), seed));
-        assert!(longest.0.as_secs_f64() < LONGEST, "{name}: seed {seed} takes {:?}", longest.0);
-        drop(input);
+        let after = spent(start);
+        if after - before > longest.0 {
+            longest = (after - before, seed);
+        }
+        assert!(longest.0 < LONGEST, "{name}: seed {seed} takes {:.1} s", longest.0);
+        before = after;
         seed += 1;
-        if start.elapsed().as_secs_f64() >= seconds {
+        let over = start.elapsed().as_secs_f64() >= seconds;
+        if over || start.elapsed().as_secs() >= 60 * minutes {
+            minutes += 1;
+            let peak = peak().unwrap_or(0);
+            let (took, by) = longest;
+            eprintln!("fuzz::{name}: {} inputs, the longest {took:.3} s (seed {by}), {peak} kB", seed - from);
+            assert!(peak < MEMORY, "{name}: an input before seed {seed} takes {peak} kB");
+        }
+        drop(input);
+        if over {
             break;
         }
     }
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let peak = status.lines().find(|line| line.starts_with("VmHWM")).unwrap_or("").trim();
-    eprintln!("fuzz::{name}: {} inputs, the longest {:?} (seed {}), {peak}", seed - from, longest.0, longest.1);
+}
+
+/// A folder for the small files of a target, in memory where the system has such a place; removed at the end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Scratch {
+        let memory = Path::new("/dev/shm").join(format!("penny-fuzz-{}-{name}", std::process::id()));
+        Scratch(if std::fs::create_dir(&memory).is_ok() { memory } else { crate::robustness::folder(name) })
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }
 
 fn pick<'a, T>(random: &mut Random, of: &'a [T]) -> &'a T {
@@ -374,10 +415,10 @@ fn models() {
 
 #[test]
 fn includes() {
-    let all = crate::robustness::folder("fuzz");
-    let folder = all.join("scene");
+    let all = Scratch::new("includes");
+    let folder = all.0.join("scene");
     std::fs::create_dir_all(folder.join("parts/more")).expect("a folder");
-    std::fs::write(all.join("secret.xml"), "<mujoco><geom name='the secret' size='x'/></mujoco>").expect("a file");
+    std::fs::write(all.0.join("secret.xml"), "<mujoco><geom name='the secret' size='x'/></mujoco>").expect("a file");
     let places = ["main.xml", "a.xml", "b.xml", "parts/a.xml", "parts/c.xml", "parts/more/a.xml"];
     let odd =
         ["../secret.xml", "parts/../../secret.xml", "/etc/passwd", "parts", "", ".", "..", "no.xml", "../scene/a.xml"];
@@ -451,7 +492,8 @@ fn sessions() {
 
 #[test]
 fn command_lines() {
-    let folder = crate::robustness::folder("fuzz-lines");
+    let scratch = Scratch::new("lines");
+    let folder = &scratch.0;
     std::fs::copy(crate::file("models/box.xml"), folder.join("box.xml")).expect("a scene");
     std::fs::write(folder.join("bad.xml"), "<mujoco><geom/></mujoco>").expect("a scene");
     let commands = ["run", "check", "explain", "render", "sweep", "compare", "play", "", "help", "box.xml"];
@@ -542,7 +584,7 @@ fn command_lines() {
             }
         }
         let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
-        command.args(&args).current_dir(&folder).env("PENNY_PYTHON", "/bin/false").env_remove("DISPLAY");
+        command.args(&args).current_dir(folder).env("PENNY_PYTHON", "/bin/false").env_remove("DISPLAY");
         command.env_remove("WAYLAND_DISPLAY").stdin(Stdio::null()).stdout(Stdio::null());
         let said = std::fs::File::create(folder.join("said.txt")).expect("a file");
         let mut child = command.stderr(said).spawn().expect("it starts");
@@ -555,14 +597,14 @@ fn command_lines() {
                     child.kill().and_then(|()| child.wait()).expect("it ends");
                     break Some(0);
                 }
-                None => std::thread::sleep(Duration::from_millis(2)),
+                None => std::thread::sleep(Duration::from_micros(300)),
             }
         };
         let said = std::fs::read_to_string(folder.join("said.txt")).unwrap_or_default();
         assert!(code.is_some_and(|code| (0..=2).contains(&code)), "penny {args:?}: {code:?}\n{said}");
         assert!(!said.contains("panicked") && !said.contains('\u{1b}'), "penny {args:?}\n{said}");
         std::fs::copy(crate::file("models/box.xml"), folder.join("box.xml")).expect("a scene");
-        clear(&folder);
+        clear(folder);
     });
 }
 

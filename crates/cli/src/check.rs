@@ -11,10 +11,12 @@ use super::files;
 use super::format::count;
 use super::run::warnings::Overlap;
 use super::scene::LimitArgs;
+use penny::collision;
+use penny::data::Data;
+use penny::dynamics;
 use penny::mjcf::{self, Document, Fixed, Severity};
 use penny::model::Model;
 use penny::state::State;
-use penny_lab::record::Recorder;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -129,10 +131,10 @@ fn write(document: &Document, all: &[Fixed]) -> Result<(), Failure> {
 /// What only shows where the scene begins: overlaps, joints beyond their limits, in the scene's own start and in keyframes.
 fn doubts(model: &Model) -> Vec<String> {
     let mut list = super::doubts::of_scene(model);
-    let mut recorder = Recorder::new(model);
-    let start = State::new(model);
-    recorder.sample(model, &start);
-    list.extend(Overlap::find(model, recorder.contacts()).map(|overlap| overlap.warning(model)));
+    let (mut data, start) = (Data::for_poses(model), State::new(model));
+    dynamics::kinematics(model, &start.qpos, &mut data);
+    collision::detect(model, &mut data);
+    list.extend(Overlap::find(model, &data.contacts).map(|overlap| overlap.warning(model)));
     let at = list.len();
     let mut places: Vec<(String, Vec<String>)> = Vec::new();
     grouped(&mut places, model, &start, None);
