@@ -402,6 +402,9 @@ impl<'a> Reader<'a> {
         let item = self.item(node, "actuator", MAIN)?;
         let element = self.document.node(node).name.to_string();
         let (kp, kv) = (item.number("kp"), item.number("kv"));
+        // Kinds of actuator share their defaults: each takes what it has itself.
+        let own = |name: &str| if item.row.attribute(name).is_some() { item.number(name) } else { 0.0 };
+        let (dampratio, inheritrange) = (own("dampratio"), own("inheritrange"));
         let servo = ([kp, 0.0, 0.0], [0.0, -kp, -kv]);
         let filter = item.number("timeconst");
         let (kind, (gain, bias), activation) = match element.as_str() {
@@ -422,11 +425,11 @@ impl<'a> Reader<'a> {
             let what = "a damper takes no negative control".to_string();
             self.meaningless(node, "ctrlrange", what, "give a range from zero upwards");
         }
-        if item.number("dampratio") > 0.0 && kv > 0.0 {
+        if dampratio > 0.0 && kv > 0.0 {
             self.conflict(node, "dampratio", "kv", "either says how the actuator is damped");
         }
         let range = if activation == Activation::Integrator { "actrange" } else { "ctrlrange" };
-        if item.number("inheritrange") > 0.0 && item.array(range) != [0.0; 2] {
+        if inheritrange > 0.0 && item.array(range) != [0.0; 2] {
             self.conflict(node, "inheritrange", range, "either says the range");
         }
         if activation == Activation::None && (item.maybe("actlimited") == Some(true) || item.given("actrange")) {
@@ -455,8 +458,8 @@ impl<'a> Reader<'a> {
             actearly: item.yes("actearly"),
             gain,
             bias,
-            dampratio: item.number("dampratio"),
-            inheritrange: item.number("inheritrange"),
+            dampratio,
+            inheritrange,
             damping: item.array::<3>("damping")[0],
             armature: item.number("armature"),
         })

@@ -542,3 +542,14 @@ fn a_converted_scene_is_the_same_model() {
     assert!(compared > 150, "only {compared} scenes");
     assert!(failed.is_empty(), "{}", failed.concat());
 }
+
+#[test]
+fn a_motor_takes_nothing_from_its_class_that_only_servos_have() {
+    let text = "<mujoco><default><position inheritrange='1' dampratio='1'/></default><worldbody><body>
+         <joint name='x' type='slide' range='-2 2'/><geom size='0.1'/></body></worldbody>
+         <actuator><motor joint='x' ctrlrange='-3 3'/><position joint='x'/></actuator></mujoco>";
+    let model = penny::parse("scene.xml", text).unwrap_or_else(|failure| panic!("{failure}")).model;
+    let ranges: Vec<_> = model.actuators.iter().map(|a| a.ctrlrange).collect();
+    assert_eq!(ranges, [Some([-3.0, 3.0]), Some([-2.0, 2.0])]);
+    assert_eq!(model.actuators[0].bias, [0.0; 3]);
+}
