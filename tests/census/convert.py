@@ -21,8 +21,8 @@ from census import FOLDER, ROOT, penny
 TOLERANCE = 1e-12
 # What goes through the inverse of a mass matrix, which multiplies the rounding of a pose.
 INVERTED = 1e-11
-# Where files lie.
-PLACES = {"paths"}
+# Where files lie; and the looks of fixed tendons, which only a class can give and nobody sees.
+PLACES = {"paths", "tendon_width", "tendon_rgba"}
 
 
 def scenes():
