@@ -367,6 +367,8 @@ fn one_wrong_number_is_led_to() {
         ("0 0 -9.81", "0 0 -9810", "gravity is 9810 m/s²"),
         ("timestep=\"0.002\"", "timestep=\"2\"", "a timestep of 2 s"),
         ("size=\".1 .1 .1\"", "size=\"100 100 100\"", "crate is 346 m across"),
+        ("mass=\"2\"", "mass=\"0.002\"", "crate weighs 0.002 kg in 8 l"),
+        ("size=\".1 .1 .1\"", "size=\".0001 .0001 .0001\"", "no matter is so dense: crate"),
         // Signs.
         ("0 0 -9.81", "0 0 9.81", "gravity points up"),
         ("range=\"-90 90\"", "range=\"20 90\"", "beyond its limits at the start: elbow"),

@@ -108,10 +108,10 @@ fn gravity(model: &Model) -> Option<String> {
 
 /// Moving bodies whose mass does not go with their size.
 fn masses(model: &Model) -> Vec<String> {
-    // Osmium, the densest element, has 22 600 kg/m³; air, among the lightest, 1.2.
+    // Osmium, the densest element, has 22 600 kg/m³; air 1.2.
     const DENSEST: f64 = 1e5;
-    const LIGHTEST: f64 = 0.05;
-    let (mut dense, mut large) = (Vec::new(), Vec::new());
+    const LIGHTEST: f64 = 0.5;
+    let (mut dense, mut light, mut large) = (Vec::new(), Vec::new(), Vec::new());
     for (b, body) in model.bodies.iter().enumerate() {
         let geoms = &model.geoms[body.geoms.clone()];
         if body.tree.is_none() || body.joints.is_empty() || geoms.is_empty() {
@@ -121,7 +121,9 @@ fn masses(model: &Model) -> Vec<String> {
         let across = 2.0 * geoms.iter().map(|g| g.rbound).fold(0.0, f64::max);
         let density = body.mass / volume;
         let name = names::body(model, b);
-        if volume > 0.0 && body.mass >= 10.0 && density > DENSEST {
+        // Links of robots are often drawn smaller or larger than they are; what flies alone is what it looks like.
+        let alone = body.tree.is_some_and(|t| model.trees[t].free.is_some() && model.trees[t].bodies.len() == 1);
+        if volume > 0.0 && (body.mass >= 10.0 || alone) && density > DENSEST {
             dense.push(format!(
                 "{name} weighs {} kg in {}, {} kg/m³ ({} g are {} kg)",
                 short(body.mass),
@@ -129,6 +131,13 @@ fn masses(model: &Model) -> Vec<String> {
                 short(density),
                 short(body.mass),
                 short(body.mass / 1e3)
+            ));
+        } else if across <= 20.0 && alone && density < LIGHTEST {
+            light.push(format!(
+                "{name} weighs {} kg in {}, {} kg/m³",
+                short(body.mass),
+                litres(volume),
+                short(density)
             ));
         } else if across > 20.0 && (body.mass > 1e6 || density < LIGHTEST) {
             large.push(format!(
@@ -140,9 +149,14 @@ fn masses(model: &Model) -> Vec<String> {
             ));
         }
     }
-    let dense = several(&dense).map(|list| format!("warning: masses are in kg, and no matter is so dense: {list}"));
-    let large = several(&large).map(|list| format!("warning: lengths are in m: {list}"));
-    dense.into_iter().chain(large).collect()
+    [
+        several(&dense).map(|list| format!("warning: masses are in kg, and no matter is so dense: {list}")),
+        several(&light).map(|list| format!("warning: masses are in kg and lengths in m; lighter than air: {list}")),
+        several(&large).map(|list| format!("warning: lengths are in m: {list}")),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// m³

@@ -16,10 +16,18 @@ pub fn body(model: &Model, body: usize) -> String {
     }
 }
 
-/// "ground", or "plane 0".
+/// "ground"; without a name "crate", as its body whose only geom it is, "sphere 3 of crate", or "plane 0".
 pub fn geom(model: &Model, geom: usize) -> String {
     let g = &model.geoms[geom];
-    if g.name.is_empty() { format!("{} {geom}", g.kind.name()) } else { g.name.clone() }
+    let body = &model.bodies[g.body];
+    match (g.name.as_str(), body.name.as_str()) {
+        ("", of) if g.body != 0 && !of.is_empty() => match body.geoms.len() {
+            1 => of.to_owned(),
+            _ => format!("{} {geom} of {of}", g.kind.name()),
+        },
+        ("", _) => format!("{} {geom}", g.kind.name()),
+        (name, _) => name.to_owned(),
+    }
 }
 
 /// "elbow", or "hinge 2".

@@ -42,7 +42,7 @@ pub struct Start {
     pub ctrl: Vec<f64>,
     /// The whole of it, where there is more to it: activations, mocap bodies, what the contact law starts from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub whole: Option<State>,
+    pub whole: Option<Box<State>>,
 }
 
 impl Start {
@@ -56,7 +56,7 @@ impl Start {
             qpos: state.qpos.clone(),
             qvel: state.qvel.clone(),
             ctrl: state.ctrl.clone(),
-            whole: (!plain).then(|| state.clone()),
+            whole: (!plain).then(|| Box::new(state.clone())),
         }
     }
 }

@@ -311,7 +311,7 @@ impl Player {
 }
 
 fn restored(model: &Model, start: &Start) -> Result<State, String> {
-    let mut state = start.whole.clone().unwrap_or_else(|| State::new(model));
+    let mut state = start.whole.as_deref().cloned().unwrap_or_else(|| State::new(model));
     let fits =
         start.qpos.len() == model.nq && start.qvel.len() == model.nv && start.ctrl.len() == model.actuators.len();
     if !fits

@@ -97,7 +97,9 @@ pub fn energy(model: &Model, first: &Sample, last: &Sample, kinetic: f64, balanc
         } else {
             String::new()
         };
-        parts.push(format!("contacts and joint limits {}{friction}", signed(balance.constraints)));
+        let tied = model.requires.equalities + model.requires.tendons > 0;
+        let what = if tied { "contacts, limits and equalities" } else { "contacts and joint limits" };
+        parts.push(format!("{what} {}{friction}", signed(balance.constraints)));
     }
     let drift = last.energy - first.energy - balance.total();
     let share = if kinetic > 0.0 && counts(drift) {

@@ -9,7 +9,7 @@ use penny::forward::Method;
 use penny::integrate;
 use penny::model::{JointKind, Model};
 use penny::state::State;
-use penny_lab::explain::{self, joints};
+use penny_lab::explain::{self, joints, trial_run};
 use penny_lab::names::geom as geom_name;
 use penny_lab::record::Sample;
 use penny_lab::sweep::theory;
@@ -129,13 +129,12 @@ impl EnergyGain {
 
     /// In: forces at the state.
     pub fn enter(&mut self, model: &Model, state: &State, sample: &Sample, data: &Data) {
-        let contacts = data.contacts.iter().map(|c| (c.force[0] * c.dist).abs());
-        let limits = data.joint_rows.iter().map(|r| (r.force * r.violation).abs());
-        // A limit that is violated at the start is a spring under tension: said before the run.
-        let at_start = if self.least.is_finite() { 0.0 } else { limits.clone().sum() };
+        let stored = trial_run::stored(data);
+        // What is pressed or stretched at the start, contacts left out: said before the run.
+        let contacts: f64 = data.contacts.iter().map(|c| (c.force[0] * c.dist).abs()).sum();
+        let at_start = stored - contacts;
         let given = joints::actuator_potential(model, state);
         let now = sample.energy + given;
-        let stored: f64 = contacts.chain(limits).sum();
         self.kinetic = self.kinetic.max(sample.kinetic);
         if !self.least.is_finite() {
             self.least = now + at_start;

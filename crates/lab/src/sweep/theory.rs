@@ -5,6 +5,7 @@
 //! Source: Hairer, Wanner, Solving Ordinary Differential Equations II, §IV.2.
 
 use crate::explain;
+use crate::names;
 use penny::contact::describe::Ask;
 use penny::forward::Method;
 use penny::integrate::{DampedSpring, Dampers, Integrator, Matrix2};
@@ -176,10 +177,7 @@ pub fn limit(integrator: &Integrator, spring: &Spring) -> Option<f64> {
 pub fn springs(model: &Model, method: &Method) -> Vec<Spring> {
     let mut found = joint_springs(model);
     for touch in explain::touches(model, method) {
-        let name = |g: usize| match model.geoms[g].name.as_str() {
-            "" => format!("geom {g}"),
-            name => name.to_owned(),
-        };
+        let name = |g: usize| names::geom(model, g);
         let ask = Ask { model, touch: &touch, timestep: method.timestep, slope: 0.0 };
         let description = (method.contact.describe)(&ask);
         let Some([rest, _]) = description.springs else { continue };

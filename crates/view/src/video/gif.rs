@@ -6,7 +6,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use super::palette::{COLORS, Palette};
-use super::{Shape, failed};
+use super::{Shape, failed, lzw};
 use crate::paint::Image;
 
 /// A shown colour may be this far off (largest channel, of 255) before a pixel is drawn again …
@@ -25,6 +25,8 @@ pub struct Gif {
     palette: Option<Palette>,
     /// Colours on the screen now.
     shown: Vec<[u8; 3]>,
+    /// The last picture.
+    before: Vec<u8>,
 }
 
 /// GIF's time counts in these, s; programs show 0 and 1 of them as 10.
@@ -41,11 +43,27 @@ impl Gif {
         let file = File::create(path).map_err(|e| failed(path, e))?;
         let mut encoder = gif::Encoder::new(BufWriter::new(file), width, height, &[]).map_err(|e| failed(path, e))?;
         encoder.set_repeat(gif::Repeat::Infinite).map_err(|e| failed(path, e))?;
-        Ok(Gif { path: path.to_owned(), encoder, fps: shape.fps, count: 0, palette: None, shown: Vec::new() })
+        Ok(Gif {
+            path: path.to_owned(),
+            encoder,
+            fps: shape.fps,
+            count: 0,
+            palette: None,
+            shown: Vec::new(),
+            before: Vec::new(),
+        })
     }
 
     pub fn push(&mut self, image: &Image) -> Result<(), String> {
-        let fits = self.palette.as_mut().is_some_and(|p| fits(p, image));
+        let row = 4 * image.width;
+        // Whether each row is the last picture's.
+        let same: Vec<bool> = match self.count {
+            0 => vec![false; image.height],
+            _ => {
+                image.rgba.chunks_exact(row).zip(self.before.chunks_exact(row)).map(|(now, then)| now == then).collect()
+            }
+        };
+        let fits = self.palette.as_mut().is_some_and(|p| fits(p, image, &same));
         let mut palette = match self.palette.take() {
             Some(palette) if fits => palette,
             _ => Palette::of(&image.rgba),
@@ -55,22 +73,30 @@ impl Gif {
         }
         let first = self.count == 0;
         let mut buffer = Vec::with_capacity(self.shown.len());
-        for (pixel, shown) in image.rgba.chunks_exact(4).zip(&mut self.shown) {
-            let rgb = [pixel[0], pixel[1], pixel[2]];
-            let off = (0..3).map(|i| shown[i].abs_diff(rgb[i])).max().unwrap_or(0);
-            if off <= CLOSE && !first {
-                buffer.push(SAME);
+        let rows = image.rgba.chunks_exact(row).zip(self.shown.chunks_exact_mut(image.width));
+        for ((row, shown), same) in rows.zip(same) {
+            if same && fits {
+                buffer.resize(buffer.len() + image.width, SAME);
                 continue;
             }
-            let (index, _) = palette.find(rgb);
-            let color = palette.colors[index as usize];
-            buffer.push(if color == *shown && !first { SAME } else { index });
-            *shown = color;
+            for (pixel, shown) in row.chunks_exact(4).zip(shown) {
+                let rgb = [pixel[0], pixel[1], pixel[2]];
+                let off = (0..3).map(|i| shown[i].abs_diff(rgb[i])).max().unwrap_or(0);
+                if off <= CLOSE && !first {
+                    buffer.push(SAME);
+                    continue;
+                }
+                let (index, _) = palette.find(rgb);
+                let color = palette.colors[index as usize];
+                buffer.push(if color == *shown && !first { SAME } else { index });
+                *shown = color;
+            }
         }
+        self.before.clone_from(&image.rgba);
         let frame = self.frame(image, &buffer, palette.bytes());
         self.palette = Some(palette);
         self.count += 1;
-        self.encoder.write_frame(&frame).map_err(|e| failed(&self.path, e))
+        self.encoder.write_lzw_pre_encoded_frame(&frame).map_err(|e| failed(&self.path, e))
     }
 
     pub fn finish(self) -> Result<(), String> {
@@ -92,7 +118,8 @@ impl Gif {
             (left, right, top, bottom) = (0, 0, 0, 0);
         }
         let rows = buffer.chunks_exact(image.width).skip(top).take(bottom + 1 - top);
-        let part: Vec<u8> = rows.flat_map(|row| &row[left..=right]).copied().collect();
+        let mut part = Vec::with_capacity((right + 1 - left) * (bottom + 1 - top));
+        rows.for_each(|row| part.extend_from_slice(&row[left..=right]));
         let ticks = |n: usize| (n as f64 / self.fps / TICK).round();
         gif::Frame {
             delay: (ticks(self.count + 1) - ticks(self.count)) as u16,
@@ -103,7 +130,7 @@ impl Gif {
             width: (right + 1 - left) as u16,
             height: (bottom + 1 - top) as u16,
             palette: Some(padded(palette)),
-            buffer: Cow::Owned(part),
+            buffer: Cow::Owned(lzw::encode(&part, SAME)),
             ..gif::Frame::default()
         }
     }
@@ -115,10 +142,11 @@ fn padded(mut palette: Vec<u8>) -> Vec<u8> {
     palette
 }
 
-/// Whether a palette still shows a picture well.
-fn fits(palette: &mut Palette, image: &Image) -> bool {
+/// Whether a palette still shows a picture well, but for the rows that are as before.
+fn fits(palette: &mut Palette, image: &Image, same: &[bool]) -> bool {
+    let rows = image.rgba.chunks_exact(4 * image.width).zip(same).filter(|(_, same)| !**same);
     // Every third pixel tells enough.
-    let pixels = image.rgba.chunks_exact(4).step_by(3);
+    let pixels = rows.flat_map(|(row, _)| row.chunks_exact(4).step_by(3));
     let far = pixels.filter(|p| palette.find([p[0], p[1], p[2]]).1 > FAR).count();
     far as f64 <= MISFITS * (image.width * image.height / 3) as f64
 }

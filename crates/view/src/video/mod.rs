@@ -5,6 +5,7 @@ mod ffmpeg;
 mod gif;
 #[cfg(feature = "h264")]
 mod h264;
+mod lzw;
 mod palette;
 mod png;
 
