@@ -165,7 +165,8 @@ pub fn overlay<'a>(
                 let Some(mut all) = super::check::floats(&attribute.value).filter(|v| v.len() <= max) else {
                     continue;
                 };
-                doubtful |= attribute.name.starts_with("sol") || attribute.name.starts_with("o_sol");
+                let name = &attribute.name;
+                doubtful |= name.starts_with("sol") || name.starts_with("o_sol") || *name == "friction";
                 let before = own.take(column.name);
                 let rest = match before.as_ref().or_else(|| inherited.get(column.name)) {
                     Some(Value::Numbers(inherited)) if max < usize::MAX => inherited,
