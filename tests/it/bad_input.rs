@@ -233,7 +233,8 @@ fn fixes_are_shown_and_made_only_on_request() {
                 <include file=\"part.xml\"/>\n</mujoco>\n";
     let inner = "<mujoco>\n<worldbody><body><joint tpye=\"slide\"/>\n<geom size=\"O.1, 0.2\" material=\"a&amp;c\" type=\"box\"/>\n\
                  <geom density=\"7.85\" size=\"0.1\" rgba=\"255 0 0 1\"/></body></worldbody>\n<asset><material name=\"a&amp;b\"/></asset></mujoco>\n";
-    (std::fs::write(&main, text).unwrap(), std::fs::write(&part, inner).unwrap());
+    std::fs::write(&main, text).unwrap();
+    std::fs::write(&part, inner).unwrap();
     let scene = main.to_str().unwrap();
     let (code, said) = penny(&["check", "--fix", scene]);
     assert_eq!(code, Some(1), "{said}");
