@@ -175,6 +175,13 @@ fn a_scene_reads_regular_files_of_its_own_folder_only() {
                 assert!(said(&output).contains("error[not-a-file]"), "{file}: {}", said(&output));
             }
         }
+        // Nor when a scene that is played is read again.
+        write(&folder.join("played.xml"), &format!("<mujoco><worldbody>{BALL}</worldbody></mujoco>"));
+        let opened = penny_view::open::open(&folder.join("played.xml")).expect("fine");
+        std::fs::remove_file(folder.join("played.xml")).expect("there");
+        assert!(Command::new("mkfifo").arg(&opened.files[0]).status().expect("mkfifo").success());
+        let again = penny_view::open::open(&opened.files[0]).err().expect("refused");
+        assert!(again.contains("error[not-a-file]"), "{again}");
         let output = penny_in(&folder, &["check", "/dev/zero"]);
         assert!(said(&output).contains("error[not-a-file]"), "{}", said(&output));
     }
@@ -339,6 +346,24 @@ fn an_interruption_leaves_the_old_file_or_a_whole_new_one() {
     Command::new("kill").arg(child.id().to_string()).status().expect("kill");
     child.wait().expect("it ends");
     assert_eq!(std::fs::read_to_string(folder.join("film.gif")).expect("the old one"), "old");
+    // A map is written anew after each method: what is there is whole.
+    let floor = "<geom type='plane' size='1 1 1'/>";
+    write(&folder.join("falls.xml"), &format!("<mujoco><worldbody>{floor}{BALL}</worldbody></mujoco>"));
+    for signal in ["-INT", "-TERM"] {
+        let out = folder.join(format!("map{signal}"));
+        let to = out.display().to_string();
+        let grid = ["--map", "timestep,stiffness", "--cells", "3", "--time", "0.1", "--out", &to];
+        let mut child = started(&folder, &[&["sweep", "falls.xml"], &grid[..]].concat());
+        let file = |end: &str| out.join(format!("map-timestep-stiffness.{end}"));
+        patiently("the first map", || file("json").exists());
+        Command::new("kill").arg(signal).arg(child.id().to_string()).status().expect("kill");
+        child.wait().expect("it ends");
+        let json = std::fs::read_to_string(file("json")).expect("the map");
+        serde_json::from_str::<serde_json::Value>(&json).expect("valid JSON");
+        if file("svg").exists() {
+            assert!(std::fs::read_to_string(file("svg")).expect("drawn").ends_with("</svg>\n"), "{signal}");
+        }
+    }
     // The rows that a sweep had are whole, and it goes on from them.
     for signal in ["-INT", "-TERM"] {
         let out = folder.join(format!("sweep{signal}"));
@@ -532,6 +557,41 @@ fn a_foreign_python_is_not_waited_for_and_not_believed() {
         assert!(output.status.code() == Some(1) && said(&output).contains(part), "{name}: {}", said(&output));
         assert!(!said(&output).contains('\u{1b}'), "{name}: {}", said(&output));
     }
+}
+
+#[test]
+#[cfg(unix)]
+#[ignore = "waits for 30 s: cargo test --test it never_answers -- --ignored"]
+fn a_python_that_never_answers_is_given_up() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder("python-silent");
+    write(&folder.join("scene.xml"), &format!("<mujoco><worldbody>{BALL}</worldbody></mujoco>"));
+    let path = folder.join("silent");
+    write(&path, "#!/bin/sh\nexec sleep 600\n");
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).expect("executable");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+    let output = command.args(["compare", "scene.xml"]).current_dir(&folder).env("PENNY_PYTHON", &path).output();
+    let output = output.expect("penny starts");
+    assert!(output.status.code() == Some(1) && said(&output).contains("within 30 s"), "{}", said(&output));
+}
+
+/// Ten boxes under an implicit integrator: without a budget, trying took half a minute.
+#[test]
+fn what_is_tried_before_the_first_step_has_a_budget() {
+    use penny_lab::explain::{Budget, trial_run};
+    let boxes: String = (0..10)
+        .map(|i| {
+            format!("<body pos='0 0 {}'><freejoint/><geom type='box' size='.1 .1 .1'/></body>", 0.1 + 0.2 * i as f64)
+        })
+        .collect();
+    let text = format!("<mujoco><worldbody><geom type='plane' size='1 1 1'/>{boxes}</worldbody></mujoco>");
+    let model = penny::parse("boxes.xml", &text).expect("fine").model;
+    let integrator = penny::integrate::by_name("implicit-euler").expect("there");
+    let method = penny::forward::Method { integrator, ..penny_view::open::method(&model).expect("fine") };
+    let budget = Budget::seconds(0.0);
+    let state = penny::state::State::new(&model);
+    assert_eq!(trial_run::largest_timestep(&model, &method, &state, &budget), None);
+    assert!(budget.used_up(), "what was left out is known");
 }
 
 /// Times of a debug build on a busy machine; what grows with the square of the number takes minutes.
