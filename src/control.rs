@@ -6,7 +6,8 @@
 //!
 //! The error is the integrator's own estimate. Where things touch under a law whose friction stops the slip by the end of a
 //! step, the force itself depends on the step, and the estimate cannot see that: there the step is taken once whole and once
-//! in two halves, and the error is how far these ends are apart; the halves are kept.
+//! in two halves, and the error is how far these ends are apart; the halves are kept. So it is where a step is so long that
+//! MuJoCo's `refsafe` makes contacts softer than they are.
 //!
 //! p is the order of the estimate in h: a proportional-integral controller. A contact that begins inside a step makes its
 //! error large, so that steps shrink until the beginning is bracketed, and grow again behind it. A step that is taken back
@@ -19,8 +20,11 @@
 //! Source: K. Gustafsson, ACM Transactions on Mathematical Software 17 (1991), 533–554; G. Söderlind, Numerical Algorithms 31
 //! (2002), 281–310.
 
+mod dense;
+
 use std::fmt;
 
+use self::dense::Dense;
 use crate::data::Data;
 use crate::dynamics;
 use crate::forward::{StepError, step};
@@ -31,7 +35,7 @@ use crate::state::State;
 
 /// A run by steps of controlled error.
 ///
-/// The steps do not depend on the times at which one looks: a look is a shorter step from the same start.
+/// The steps do not depend on the times at which one looks: a look inside a step is read off a polynomial (`dense`).
 #[derive(Clone, Debug)]
 pub struct Controlled<'m> {
     model: &'m Model,
@@ -45,6 +49,8 @@ pub struct Controlled<'m> {
     least: f64,
     /// Half the size of the smallest thing that can be passed through, m.
     thin: f64,
+    /// The longest step in which all constraints are as stiff as the scene says, s.
+    safe: f64,
     /// m per unit of each dof (nv).
     sizes: Vec<f64>,
     /// Where the last step began, where it led, and the step to try next, s.
@@ -59,6 +65,7 @@ pub struct Controlled<'m> {
     data: Data,
     /// For looks.
     look: Data,
+    dense: Dense,
     effort: Effort,
 }
 
@@ -145,6 +152,7 @@ impl<'m> Controlled<'m> {
             end,
             least: LEAST * length.max(f64::MIN_POSITIVE),
             thin: thinnest(model),
+            safe: safe(model),
             sizes,
             before: start.clone(),
             state: start.clone(),
@@ -153,6 +161,7 @@ impl<'m> Controlled<'m> {
             next: method.timestep,
             last: 1.0,
             look: data.clone(),
+            dense: Dense::default(),
             data,
             effort: Effort::default(),
         })
@@ -161,6 +170,11 @@ impl<'m> Controlled<'m> {
     /// Where the last step led: at or behind the time that was asked for last.
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// The step that will be tried next, s.
+    pub fn next_step(&self) -> f64 {
+        self.next
     }
 
     /// What the last step found; poses and forces are those at its last evaluation.
@@ -189,17 +203,16 @@ impl<'m> Controlled<'m> {
             }
             self.advance()?;
         }
-        let mut state = if time < self.state.time { self.before.clone() } else { self.state.clone() };
-        let timestep = time - state.time;
-        if timestep > 0.0 {
-            // In two halves, as steps may be.
-            let method = Method { timestep: 0.5 * timestep, ..self.method };
-            for _ in 0..2 {
-                step(self.model, &method, &mut state, &mut self.look).map_err(Failed::Step)?;
-            }
-            state.time = time;
+        if time == self.state.time {
+            return Ok(self.state.clone());
         }
-        Ok(state)
+        let Controlled { model, method, before, state, look, dense, .. } = self;
+        let mut found = before.clone();
+        if time > before.time {
+            dense.enter(model, method, [before, state], look);
+            dense.at(model, time, state, &mut found);
+        }
+        Ok(found)
     }
 
     /// One step whose error is within the tolerance, or the shortest one.
@@ -245,16 +258,16 @@ impl<'m> Controlled<'m> {
 
     /// Takes a step (s) from `before`, and leaves its estimated error in `apart`.
     fn try_step(&mut self, timestep: f64) -> Result<(), StepError> {
-        let Controlled { model, method, estimate, data, state, whole, apart, .. } = self;
+        let Controlled { model, method, estimate, data, state, whole, apart, safe, .. } = self;
         let mut take = |timestep: f64, state: &mut State, evaluations: &mut usize| {
             let outcome = step(model, &Method { timestep, ..*method }, state, data);
             *evaluations += data.counts.forwards;
             apart.copy_from_slice(estimate(data));
-            outcome.map(|()| !data.contacts.is_empty() || !data.joint_rows.is_empty())
+            outcome.map(|()| !data.contacts.is_empty() || !data.joint_rows.is_empty() || !model.equalities.is_empty())
         };
         let evaluations = &mut self.effort.evaluations;
         let touches = take(timestep, state, evaluations)?;
-        if !(touches && method.contact.by_timestep) {
+        if !(touches && (method.contact.by_timestep || timestep > *safe)) {
             return Ok(());
         }
         std::mem::swap(whole, state);
@@ -324,4 +337,16 @@ fn thinnest(model: &Model) -> f64 {
     let sized = geoms.filter(|g| g.kind != GeomKind::Plane);
     let least = |size: &[f64]| size.iter().copied().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
     sized.map(|g| least(g.size.as_slice())).fold(f64::INFINITY, f64::min)
+}
+
+/// Half the shortest time constant of the model's constraints, s: in longer steps `refsafe` makes them softer.
+fn safe(model: &Model) -> f64 {
+    if !model.opt.flags.refsafe {
+        return f64::INFINITY;
+    }
+    let contacts = model.mixes.iter().flat_map(|m| [m.solref, m.solreffriction]);
+    let joints = model.joints.iter().flat_map(|j| [j.solref_limit, j.solref_friction]);
+    let tendons = model.tendons.iter().flat_map(|t| [t.solref_limit, t.solref_friction]);
+    let all = contacts.chain(joints).chain(tendons).chain(model.equalities.iter().map(|e| e.solref));
+    0.5 * all.map(|[time, _]| time).filter(|time| *time > 0.0).fold(f64::INFINITY, f64::min)
 }

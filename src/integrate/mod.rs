@@ -30,6 +30,11 @@ pub fn by_name(name: &str) -> Option<&'static Integrator> {
     ALL.iter().copied().find(|i| i.name == name || i.mjcf.contains(&name))
 }
 
+/// The first integrator that estimates its error, for where the one there is does not; `None` where it does.
+pub fn controllable(integrator: &Integrator) -> Option<&'static Integrator> {
+    ALL.iter().copied().find(|i| i.estimate.is_some()).filter(|_| integrator.estimate.is_none())
+}
+
 impl Method {
     /// The contact law, integrator and timestep that a scene names; defaults where it names none.
     pub fn of(model: &Model) -> Method {
@@ -124,7 +129,7 @@ fn rotation_rates(model: &Model, qvel: &[f64], step: f64, rate: &mut [f64]) {
 ///     dexp⁻¹(θ, ω) = ω + ½ θ × ω + (1/θ²) (1 − (θ/2) cot(θ/2)) θ × (θ × ω)
 ///
 /// The last coefficient is 1/12 + θ²/720 + θ⁴/30240 + … .
-fn dexp_inv(theta: &Vec3, omega: &Vec3) -> Vec3 {
+pub(crate) fn dexp_inv(theta: &Vec3, omega: &Vec3) -> Vec3 {
     let square = theta.norm_squared();
     let coefficient = if square < 1e-3 {
         1.0 / 12.0 + square / 720.0 * (1.0 + square / 42.0 * (1.0 + square / 40.0))
@@ -134,4 +139,19 @@ fn dexp_inv(theta: &Vec3, omega: &Vec3) -> Vec3 {
     };
     let cross = theta.cross(omega);
     omega + 0.5 * cross + coefficient * theta.cross(&cross)
+}
+
+/// The angular velocity ω (body axes) at which exp θ turns when the rotation vector θ changes at a rate k.
+///
+///     dexp(θ, k) = k − (1 − cos θ)/θ² θ × k + (θ − sin θ)/θ³ θ × (θ × k)
+pub(crate) fn dexp(theta: &Vec3, rate: &Vec3) -> Vec3 {
+    let square = theta.norm_squared();
+    let [first, second] = if square < 1e-3 {
+        [0.5 - square / 24.0 * (1.0 - square / 30.0), 1.0 / 6.0 - square / 120.0 * (1.0 - square / 42.0)]
+    } else {
+        let angle = square.sqrt();
+        [(1.0 - angle.cos()) / square, (angle - angle.sin()) / (square * angle)]
+    };
+    let cross = theta.cross(rate);
+    rate - first * cross + second * theta.cross(&cross)
 }
