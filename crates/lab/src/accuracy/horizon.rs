@@ -43,10 +43,21 @@ impl Growth {
     /// The time in which errors double where they grow fastest, over an eighth of the run, s; `None` where they do not.
     pub fn doubling(&self) -> Option<f64> {
         let window = (self.log.len() / 8).max(1);
-        let rates = (window..self.log.len())
-            .map(|i| (self.log[i] - self.log[i - window]) / (self.times[i] - self.times[i - window]));
+        let over = |i: usize| [self.log[i] - self.log[i - window], self.times[i] - self.times[i - window]];
+        // A step may be longer than the time between two samples.
+        let rates = (window..self.log.len()).map(over).filter(|[_, time]| *time > 0.0).map(|[log, time]| log / time);
         let fastest = rates.fold(0.0, f64::max);
         (fastest > 0.0).then(|| std::f64::consts::LN_2 / fastest)
+    }
+
+    /// What rounding alone makes of a position by the end of the run, m.
+    pub fn floor(&self) -> f64 {
+        let (mut least, mut most) = (0.0f64, 0.0f64);
+        for log in &self.log {
+            least = least.min(*log);
+            most = most.max(log - least);
+        }
+        ROUNDING * most.exp()
     }
 
     /// Until when rounding alone stays within a tolerance (m), s after the start; `None` if for the whole run.
@@ -64,6 +75,9 @@ impl Growth {
 /// stability allows, or longer while what grows is below the tolerance: so the steps are those for a tolerance below
 /// [`APART`], and a part of them.
 const PARTS: usize = 4;
+
+/// Controlled steps that the twins follow at most.
+const MOST_STEPS: usize = 20_000;
 
 /// Runs a case twice, 1e-9 m apart, with the steps of a method that resolves its motion, each in [`PARTS`].
 ///
@@ -92,6 +106,10 @@ pub fn growth(case: &Case, method: &Method, stepping: Stepping) -> Result<Growth
                 None => method.timestep,
                 Some(guide) => {
                     guide.advance()?;
+                    let taken = guide.effort().steps;
+                    if taken > MOST_STEPS {
+                        return Err(Failed::TooManySteps(MOST_STEPS, guide.state().time));
+                    }
                     guide.state().time - run.time
                 }
             };

@@ -3,29 +3,34 @@
 //!     Case, tolerance ─ ladders of runs, finer and finer → Choice: method, estimated error, cost
 //!                     └ twin runs → how fast errors grow (`horizon`)
 //!
-//! A ladder is one integrator with knobs x₀ > x₁ > …: its timestep, or where it controls its steps their tolerance. How far
-//! two neighbouring runs are apart tells what the finer one errs:
-//!
-//!     d_k = |run_k − run_(k−1)|,   error of run_k  e_k = d_k / ((x_(k−1)/x_k)^p − 1),   e ~ xᵖ
-//!
-//! with the order p that the last three runs show. That predicts which knob reaches the tolerance, and at what cost. The
-//! ladder whose prediction is cheapest takes the next step, until a run has an error, with a margin, within the tolerance.
-//! Cost is counted in evaluations of the accelerations, so that the same scene gives the same choice on every machine.
+//! A ladder is one integrator with knobs x₀ > x₁ > …: its timestep, or where it controls its steps their tolerance. What a run
+//! errs is told by how far it is from others: from the next of its own ladder, and from those of integrators of other order,
+//! which err otherwise (`ladder`). How errors shrink from knob to knob predicts which knob reaches the tolerance, and at what
+//! cost. The ladder whose prediction is cheapest takes the next step, until a run has an error, with a margin, within the
+//! tolerance. A ladder begins when its first run costs little beside what the others promise; so the search costs little
+//! more than the run that it finds. Cost is counted in evaluations of the accelerations, so that the same scene gives the
+//! same choice on every machine.
 //!
 //! Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, §II.4 (Richardson).
 
 pub mod horizon;
+mod ladder;
+mod run;
+pub mod survey;
+
+pub use self::run::Run;
 
 use std::fmt;
 
+use self::ladder::{Bound, Ladder};
 use super::explain::Budget;
 use super::sweep::Case;
-use super::sweep::trajectory::{Pose, distance, poses};
+use super::sweep::trajectory::{Pose, distance};
 use penny::contact::Law;
-use penny::control::{Controlled, Effort};
-use penny::data::Data;
-use penny::forward::{Method, ROUNDS, step};
-use penny::integrate::{self, Integrator};
+use penny::control::Effort;
+use penny::forward::Method;
+use penny::integrate;
+use penny::state::State;
 
 /// Times at which runs are compared, besides the start.
 pub const SAMPLES: usize = 64;
@@ -56,10 +61,12 @@ pub struct Choice {
     pub effort: Option<Effort>,
     /// By how much the cost grows when the accuracy is to be ten times better.
     pub tenfold: f64,
-    /// Evaluations of all runs that led here.
+    /// Evaluations of all runs of the search, the chosen one among them.
     pub trial: usize,
     /// Positions at the samples, of the run that was chosen.
     pub samples: Vec<Vec<Pose>>,
+    /// Where that run ended.
+    pub end: State,
 }
 
 /// No method has the wanted accuracy within the bounds of the search.
@@ -85,234 +92,148 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// One run of a ladder.
-struct Rung {
-    knob: f64,
-    timestep: f64,
-    samples: Vec<Vec<Pose>>,
-    steps: usize,
-    evaluations: usize,
-    effort: Option<Effort>,
-    /// From the rung before, m; none for the first, and where one of the two ended early.
-    difference: Option<f64>,
-}
-
-/// An integrator at finer and finer knobs.
-struct Ladder {
-    integrator: &'static Integrator,
-    controlled: bool,
-    rungs: Vec<Rung>,
-    /// It costs more than another promises.
-    given_up: bool,
-}
-
-/// What a ladder promises.
-#[derive(Clone, Copy, Debug)]
-struct Prediction {
-    /// Error of the last rung, m.
-    error: f64,
-    /// e ~ knobᵖ.
-    order: f64,
-    /// Evaluations that it will take to reach the tolerance, and the next knob.
-    cost: f64,
-    knob: f64,
-    stuck: bool,
-}
-
-/// The estimate may be wrong by this factor; docs/accuracy.md counts how often it is wrong by more.
-const MARGIN: f64 = 2.0;
-/// A finer knob is this much finer at least and at most: of timesteps, and of tolerances.
-const FINER: [[f64; 2]; 2] = [[1.5, 8.0], [4.0, 1000.0]];
-/// The order that is assumed where two runs are all there is: lower than any method's, so that the estimate is safe.
-const UNSEEN: f64 = 0.5;
-/// An order below this is none: the runs do not converge.
-const NONE: f64 = 0.25;
+/// A run that may tell nothing is worth trying where it costs at most this part of what the others promise.
+const ENTRY: f64 = 1.0 / 128.0;
+/// A first run of controlled steps may cost this part of it.
+const PILOT: f64 = 0.25;
+/// The first ladder goes on, before controlled steps are tried, while it promises to arrive by this many times its next run.
+const SOON: f64 = 4.0;
+/// A run that takes this many times what was promised is given up.
+const OVERRUN: f64 = 4.0;
 /// A run of more evaluations is not tried.
 const MOST_EVALUATIONS: usize = 3_000_000;
+/// Nor a search of more.
+const MOST_TRIAL: usize = 8_000_000;
 
 /// The cheapest method of a law whose error is within `tolerance` (m, and rad times a body's reach) over the run.
 ///
 /// Errors: none has, or none that can be found within the budget.
 pub fn choose(case: &Case, law: &'static Law, tolerance: f64, budget: &Budget) -> Result<Choice, Refusal> {
-    // Controlled steps first: they start at the tolerance itself, and what they promise bounds what others may try.
-    let mut ladders: Vec<Ladder> = integrate::ALL
-        .iter()
-        .flat_map(|&integrator| {
-            let fixed = Ladder { integrator, controlled: false, rungs: Vec::new(), given_up: false };
-            let controlled = Ladder { integrator, controlled: true, rungs: Vec::new(), given_up: false };
-            [Some(fixed), integrator.estimate.map(|_| controlled)]
-        })
-        .flatten()
-        .collect();
-    ladders.sort_by_key(|l| (!l.controlled, l.integrator.implicit));
-    let mut trial = 0;
+    let mut search = Search { case, law, tolerance, ladders: ladders(), trial: 0 };
     loop {
-        let costs = ladders.iter().enumerate().map(|(i, l)| (i, l.predict(tolerance)));
-        let open = costs.filter(|(i, p)| !ladders[*i].given_up && !p.stuck && p.cost.is_finite());
-        let best = open.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        let most = best.map_or(usize::MAX, |(_, p)| p.cost as usize);
-        // Two rungs of each first, of those that may be cheaper than the best: without them nothing can be told.
-        let young = ladders.iter().position(|l| l.rungs.len() < 2 && !l.given_up);
-        let next = young.or(best.map(|(i, _)| i));
-        let Some(i) = next.filter(|_| budget.left()) else {
-            return Err(refusal(case, &ladders, tolerance, trial, next.is_none()));
-        };
-        let ladder = &mut ladders[i];
-        let most = if ladder.rungs.len() < 2 { most.min(MOST_EVALUATIONS) } else { 2 * MOST_EVALUATIONS };
-        trial += ladder.climb(case, law, tolerance, most);
-        // The cheapest of those that are good enough.
-        let good = |l: &&Ladder| l.rungs.len() > 1 && MARGIN * l.predict(tolerance).error <= tolerance;
-        if ladders.iter().all(|l| l.rungs.len() > 1 || l.given_up)
-            && let Some(best) = ladders.iter().filter(good).min_by_key(|l| l.rungs[l.rungs.len() - 1].evaluations)
-        {
-            return Ok(best.choice(law, tolerance, trial));
+        if let Some(choice) = search.good() {
+            return Ok(choice);
         }
+        let next = search.next();
+        let Some((ladder, knob, most)) = next.filter(|_| budget.left() && search.trial < MOST_TRIAL) else {
+            return Err(search.refusal(next.is_none()));
+        };
+        search.climb(ladder, knob, most);
     }
 }
 
-impl Ladder {
-    /// Takes the next run, or gives up where it takes more than `most` evaluations. Out: its evaluations.
-    fn climb(&mut self, case: &Case, law: &'static Law, tolerance: f64, most: usize) -> usize {
-        let [least, _] = FINER[usize::from(self.controlled)];
-        let knob = match &self.rungs[..] {
-            [] if self.controlled => tolerance,
-            [] => case.seconds / SAMPLES as f64,
-            [only] => only.knob / (2.0 * least),
-            _ => self.predict(tolerance).knob,
-        };
-        let mut rung = self.run(case, law, knob, most);
-        if rung.evaluations > most {
-            self.given_up = true;
-            return rung.evaluations;
-        }
-        rung.difference = self.rungs.last().and_then(|last| distance(&case.model, &last.samples, &rung.samples));
-        let evaluations = rung.evaluations;
-        self.rungs.push(rung);
-        evaluations
-    }
-
-    fn predict(&self, tolerance: f64) -> Prediction {
-        let [least, most] = FINER[usize::from(self.controlled)];
-        // What is spent grows with 1/knob, or of controlled steps with a root of it.
-        let growth = if self.controlled { 1.0 / f64::from(self.integrator.order) } else { 1.0 };
-        let [.., before, last] = &self.rungs[..] else {
-            return Prediction { error: f64::INFINITY, order: 1.0, cost: f64::INFINITY, knob: 0.0, stuck: false };
-        };
-        let ratio = before.knob / last.knob;
-        let spent = last.evaluations as f64;
-        let Some(difference) = last.difference else {
-            // It still diverges: as if it took a thousandth of the timestep.
-            let (knob, stuck) = (last.knob / most, last.evaluations >= MOST_EVALUATIONS);
-            return Prediction { error: f64::INFINITY, order: 1.0, cost: spent * most, knob, stuck };
-        };
-        let nominal = if self.controlled { 1.0 } else { f64::from(self.integrator.order) };
-        let shown = match &self.rungs[..] {
-            [.., first, _, _] => before.difference.map(|d| (d / difference).ln() / (first.knob / before.knob).ln()),
-            _ => None,
-        };
-        let order = shown.unwrap_or(UNSEEN).clamp(NONE, nominal);
-        let error = difference / (ratio.powf(order) - 1.0);
-        let wanted = (1.5 * MARGIN * error / tolerance).powf(1.0 / order);
-        let knob = last.knob / wanted.clamp(least, most);
-        let stuck = order <= NONE && self.rungs.len() > 4 || spent * wanted.powf(growth) > MOST_EVALUATIONS as f64;
-        Prediction { error, order, cost: spent * wanted.powf(growth), knob, stuck }
-    }
-
-    fn run(&self, case: &Case, law: &'static Law, knob: f64, most: usize) -> Rung {
-        let mut method = Method { contact: law, integrator: self.integrator, timestep: knob, rounds: ROUNDS };
-        if self.controlled {
-            method.timestep = case.model.opt.timestep;
-            controlled(case, &method, knob, most)
-        } else {
-            let each = (case.seconds / knob / SAMPLES as f64).round().max(1.0) as usize;
-            method.timestep = case.seconds / (each * SAMPLES) as f64;
-            fixed(case, &method, each, most)
-        }
-    }
-
-    fn choice(&self, law: &'static Law, tolerance: f64, trial: usize) -> Choice {
-        let Prediction { error, order, .. } = self.predict(tolerance);
-        let rung = &self.rungs[self.rungs.len() - 1];
-        let growth = if self.controlled { 1.0 / f64::from(self.integrator.order) } else { 1.0 };
-        Choice {
-            method: Method { contact: law, integrator: self.integrator, timestep: rung.timestep, rounds: ROUNDS },
-            stepping: if self.controlled { Stepping::Controlled(rung.knob) } else { Stepping::Fixed(rung.timestep) },
-            error,
-            steps: rung.steps,
-            evaluations: rung.evaluations,
-            effort: rung.effort,
-            tenfold: 10f64.powf(growth / order),
-            trial,
-            samples: rung.samples.clone(),
-        }
-    }
+/// All methods, cheap and stable steps first.
+fn ladders() -> Vec<Ladder> {
+    let fixed = integrate::ALL.iter().map(|i| Ladder::new(i, false));
+    let controlled = integrate::ALL.iter().filter(|i| i.estimate.is_some()).map(|i| Ladder::new(i, true));
+    let mut all: Vec<Ladder> = fixed.chain(controlled).collect();
+    let dampers = |l: &Ladder| l.integrator.implicit_dampers as usize;
+    all.sort_by_key(|l| (l.controlled, l.integrator.implicit, l.integrator.order, usize::MAX - dampers(l)));
+    all
 }
 
-/// A run; it ends early where it diverges or takes more than `most` evaluations.
-fn fixed(case: &Case, method: &Method, each: usize, most: usize) -> Rung {
-    let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(&case.model), Data::new(&case.model));
-    let mut rung = Rung {
-        knob: method.timestep,
-        timestep: method.timestep,
-        samples: Vec::new(),
-        steps: 0,
-        evaluations: 0,
-        effort: None,
-        difference: None,
-    };
-    'run: for _ in 0..SAMPLES {
-        for _ in 0..each {
-            if rung.evaluations > most || step(&case.model, method, &mut state, &mut data).is_err() {
-                break 'run;
+/// All runs so far.
+struct Search<'c> {
+    case: &'c Case,
+    law: &'static Law,
+    tolerance: f64,
+    ladders: Vec<Ladder>,
+    trial: usize,
+}
+
+impl Search<'_> {
+    /// How far a run may be from the truth: by its own ladder, where a run agrees that differs only in its steps.
+    fn bound(&self, ladder: usize, rung: usize) -> Bound {
+        self.ladders[ladder].paired(rung)
+    }
+
+    /// The same, as a guess: by how far it is from runs of integrators of other order, too.
+    fn guess(&self, ladder: usize, rung: usize) -> f64 {
+        let of = &self.ladders[ladder];
+        let samples = &of.rungs[rung].samples;
+        let others = self.ladders.iter().filter(|l| l.integrator.order != of.integrator.order);
+        let apart =
+            others.flat_map(|l| &l.rungs).filter_map(|other| distance(&self.case.model, samples, &other.samples));
+        apart.fold(self.bound(ladder, rung).most(), f64::min)
+    }
+
+    /// The cheapest run that is good enough.
+    fn good(&self) -> Option<Choice> {
+        let all = self.ladders.iter().enumerate().flat_map(|(i, l)| (0..l.rungs.len()).map(move |k| (i, k)));
+        let bounded = all.map(|(i, k)| (i, k, self.bound(i, k)));
+        let good = bounded.filter(|(.., bound)| bound.most() <= self.tolerance);
+        let (i, k, bound) = good.min_by_key(|(i, k, _)| self.ladders[*i].rungs[*k].evaluations)?;
+        Some(self.ladders[i].choice(k, self.law, bound.error, self.trial))
+    }
+
+    /// The next ladder to climb, its knob, and the evaluations that the run may take.
+    fn next(&self) -> Option<(usize, f64, usize)> {
+        let most = |cost: f64| cost.min(MOST_EVALUATIONS as f64) as usize;
+        let begun = |l: &Ladder| !l.rungs.is_empty();
+        let first = |i: usize, cost: f64| Some((i, self.ladders[i].first(self.case, self.tolerance), most(cost)));
+        // What is promised, by ladders of which enough is known.
+        let known = |i: &usize| self.ladders[*i].rungs.len() > 1 || self.ladders[*i].controlled;
+        let all = (0..self.ladders.len()).filter(known).filter_map(|i| Some((i, self.promise(i)?)));
+        let best = all.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let cost = best.map_or(f64::INFINITY, |(_, promise)| promise.cost);
+        // The first controlled run may take what fixed ones took so far, and where it needs more these go on.
+        let spent = self.ladders[0].rungs.iter().map(|r| r.evaluations as f64).sum::<f64>();
+        let controlled = self.ladders.iter().position(|l| l.controlled && !begun(l) && l.least().is_finite());
+        let pilot = controlled.filter(|i| self.ladders[*i].least() <= spent);
+        // Fixed steps may come nearer sooner than their first runs promise: one more doubling, where it costs little.
+        let little = |i: &usize| {
+            let ladder = &self.ladders[*i];
+            let next = if begun(ladder) { ladder.second().map(|p| p.cost) } else { Some(ladder.least()) };
+            let share = if *i == 0 { PILOT } else { ENTRY };
+            let near =
+                *i == 0 && self.untried() && (!known(i) || cost <= SOON * next.unwrap_or(0.0) || pilot.is_none());
+            let near = near && next.is_some();
+            !ladder.controlled && (near || !self.untried() && next.is_some_and(|next| next <= share * cost))
+        };
+        if let Some(i) = (0..self.ladders.len()).find(little) {
+            return match self.ladders[i].second() {
+                Some(second) => Some((i, second.knob, most(OVERRUN * second.cost))),
+                None => first(i, OVERRUN * PILOT * cost),
+            };
+        }
+        // Controlled steps see what fixed ones miss: each kind in turn, where it may be cheaper.
+        if let Some(i) = controlled.filter(|i| self.ladders[*i].least() <= PILOT * cost) {
+            return first(i, if self.untried() { cost.min(spent.max(self.ladders[i].least())) } else { PILOT * cost });
+        }
+        best.map(|(i, promise)| (i, promise.knob, most(OVERRUN * promise.cost)))
+    }
+
+    /// Whether there was no run of controlled steps.
+    fn untried(&self) -> bool {
+        self.ladders.iter().all(|l| !l.controlled || l.rungs.is_empty())
+    }
+
+    fn promise(&self, i: usize) -> Option<ladder::Promise> {
+        let last = self.ladders[i].rungs.len().checked_sub(1)?;
+        self.ladders[i].promise(self.guess(i, last), self.tolerance)
+    }
+
+    fn climb(&mut self, i: usize, knob: f64, most: usize) {
+        self.trial += self.ladders[i].climb(self.case, self.law, knob, most);
+    }
+
+    /// What the ladders reached.
+    fn refusal(&self, stuck: bool) -> Refusal {
+        let mut found = Refusal { until: 0.0, reached: f64::INFINITY, by: "none", stuck, trial: self.trial };
+        for (i, ladder) in self.ladders.iter().enumerate() {
+            let [.., before, last] = &ladder.rungs[..] else { continue };
+            let error = self.bound(i, ladder.rungs.len() - 1).error;
+            if error < found.reached {
+                (found.reached, found.by) = (error, ladder.integrator.name);
             }
-            rung.steps += 1;
-            rung.evaluations += data.counts.forwards;
+            let agree = |i: &usize| {
+                let range = *i..*i + 1;
+                let both = before.samples.get(range.clone()).zip(last.samples.get(range));
+                both.and_then(|(a, b)| distance(&self.case.model, a, b)).is_some_and(|d| d <= self.tolerance)
+            };
+            let together = (0..SAMPLES).take_while(agree).count();
+            found.until = found.until.max(self.case.seconds * together as f64 / SAMPLES as f64);
         }
-        rung.samples.push(poses(&case.model, &state.qpos, &mut scratch));
+        found
     }
-    rung
-}
-
-/// See [`fixed`].
-fn controlled(case: &Case, method: &Method, tolerance: f64, most: usize) -> Rung {
-    let mut scratch = Data::new(&case.model);
-    let (start, end) = (case.start.time, case.start.time + case.seconds);
-    let mut samples = Vec::new();
-    let mut effort = Effort::default();
-    if let Ok(mut run) = Controlled::new(&case.model, method, &case.start, tolerance, end) {
-        'run: for i in 1..=SAMPLES {
-            let time = start + case.seconds * i as f64 / SAMPLES as f64;
-            while run.state().time < time {
-                if run.effort().evaluations > most || run.advance().is_err() {
-                    break 'run;
-                }
-            }
-            let Ok(state) = run.at(time, MOST_EVALUATIONS) else { break };
-            samples.push(poses(&case.model, &state.qpos, &mut scratch));
-        }
-        effort = run.effort();
-    }
-    let (steps, evaluations) = (effort.steps + effort.rejected, effort.evaluations);
-    let timestep = method.timestep;
-    Rung { knob: tolerance, timestep, samples, steps, evaluations, effort: Some(effort), difference: None }
-}
-
-/// What the ladders reached.
-fn refusal(case: &Case, ladders: &[Ladder], tolerance: f64, trial: usize, stuck: bool) -> Refusal {
-    let mut found = Refusal { until: 0.0, reached: f64::INFINITY, by: "none", stuck, trial };
-    for ladder in ladders {
-        let [.., before, last] = &ladder.rungs[..] else { continue };
-        let error = ladder.predict(tolerance).error;
-        if error < found.reached {
-            (found.reached, found.by) = (error, ladder.integrator.name);
-        }
-        let agree = |i: &usize| {
-            let range = *i..*i + 1;
-            let both = before.samples.get(range.clone()).zip(last.samples.get(range));
-            both.and_then(|(a, b)| distance(&case.model, a, b)).is_some_and(|d| d <= tolerance)
-        };
-        let together = (0..SAMPLES).take_while(agree).count();
-        found.until = found.until.max(case.seconds * together as f64 / SAMPLES as f64);
-    }
-    found
 }

@@ -18,13 +18,20 @@ pub struct Words {
     pub error: String,
 }
 
-/// Error over cost of all stable rows. `uncertainty` of the reference by law, in the error's unit.
-pub fn work_precision(rows: &[Row], words: Words, uncertainty: &BTreeMap<String, f64>) -> Figure {
+/// An error that a smaller step does not go below, in the error's unit, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    pub name: String,
+    pub error: f64,
+}
+
+/// Error over cost of all stable rows, and the levels of each law below which cost buys nothing.
+pub fn work_precision(rows: &[Row], words: Words, levels: &BTreeMap<String, Vec<Level>>) -> Figure {
     let listed = penny::contact::ALL.iter().map(|law| law.name);
     let laws: Vec<&str> = listed.filter(|law| rows.iter().any(|r| r.law == *law)).collect();
     let front: Vec<[f64; 2]> = pareto(rows).into_iter().filter_map(Row::place).map(floor).collect();
     let panels =
-        laws.iter().map(|law| panel(rows, law, &words.error, &front, uncertainty.get(*law).copied())).collect();
+        laws.iter().map(|law| panel(rows, law, &words.error, &front, levels.get(*law).map_or(&[], |l| l))).collect();
     let of = if laws.len() > 1 { " of all laws together" } else { "" };
     let hidden = match rows.iter().filter(|r| r.place().is_none()).count() {
         0 => String::new(),
@@ -42,14 +49,13 @@ fn floor([cost, error]: [f64; 2]) -> [f64; 2] {
     [cost, error.max(1e-16)]
 }
 
-fn panel(rows: &[Row], law: &str, error: &str, front: &[[f64; 2]], uncertainty: Option<f64>) -> Panel {
+fn panel(rows: &[Row], law: &str, error: &str, front: &[[f64; 2]], levels: &[Level]) -> Panel {
     let mut layers = vec![Layer::Line(Line::new("", FRONT, front.to_vec()).wide(9.0))];
     let ends = rows.iter().filter_map(Row::place).map(|[cost, _]| cost);
     let (low, high) = ends.fold((f64::INFINITY, 0.0f64), |(l, h), c| (l.min(c), h.max(c)));
-    if let Some(u) = uncertainty.filter(|u| *u > 1e-16 && low < high) {
-        layers.push(Layer::Line(
-            Line::new("uncertain below", GREY, vec![[low, u], [high, u]]).wide(1.0).dashed(DASHES[1]),
-        ));
+    for (i, Level { name, error }) in levels.iter().enumerate().filter(|(_, l)| l.error > 1e-16 && low < high) {
+        let line = Line::new(name, GREY, vec![[low, *error], [high, *error]]);
+        layers.push(Layer::Line(line.wide(1.0).dashed(DASHES[(i + 1) % DASHES.len()])));
     }
     for (i, integrator) in penny::integrate::ALL.iter().enumerate() {
         let of = |r: &&Row| r.law == law && r.integrator == integrator.name;
