@@ -1,7 +1,8 @@
 //! `--accuracy`: the cheapest method that has it, what it costs, and for how long results can be trusted.
 
-use crate::Failure;
-use crate::format::{count, short, si};
+use super::Failure;
+use super::format::{count, short, si};
+use super::scene;
 use penny::control::{Controlled, Failed};
 use penny::data::Data;
 use penny::forward::{Method, step};
@@ -11,6 +12,15 @@ use penny_lab::accuracy::horizon::{self, Growth};
 use penny_lab::accuracy::{self, Choice, Refusal, Stepping};
 use penny_lab::explain::Budget;
 use penny_lab::sweep::Case;
+
+#[derive(clap::Args, Clone)]
+pub struct AccuracyArgs {
+    /// Take the cheapest method of the contact law that keeps every body this near to the law's exact motion over the whole run
+    /// (m, and rad times the body's reach), and say what it costs
+    #[arg(long, value_name = "M", value_parser = scene::length, allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["integrator", "rounds"])]
+    pub accuracy: Option<f64>,
+}
 
 /// Real time that the search may take, s.
 const SEARCH: f64 = 60.0;
@@ -36,22 +46,26 @@ impl Chosen {
     }
 }
 
-/// Finds the method for an accuracy (m) over a time (s); `method` has the law, and the timestep of the rows.
+/// Finds the cheapest method of a law for an accuracy (m); `method` has the law and the scene's own integrator and timestep.
 ///
 /// Errors: no method of the law has it; the message says until when one has.
+pub fn find(case: &Case, method: &Method, wanted: f64) -> Result<Choice, Failure> {
+    accuracy::choose(case, method.contact, wanted, &Budget::seconds(SEARCH)).map_err(|refusal| {
+        let growth = horizon::growth(case, method, Stepping::Fixed(method.timestep)).ok();
+        refused(&refusal, method, wanted, growth.as_ref())
+    })
+}
+
+/// Finds the method for an accuracy (m) over a time (s); `method` has the law, and the timestep of the rows.
+///
+/// Errors: see [`find`].
 pub fn choose(model: &Model, method: &Method, start: &State, seconds: f64, wanted: f64) -> Result<Chosen, Failure> {
     let case = Case { model: model.clone(), start: start.clone(), seconds };
-    let found = accuracy::choose(&case, method.contact, wanted, &Budget::seconds(SEARCH));
-    let growth = |method: &Method, stepping| horizon::growth(&case, method, stepping).ok();
-    let choice = match found {
-        Ok(choice) => choice,
-        Err(refusal) => {
-            let growth = growth(method, Stepping::Fixed(method.timestep));
-            return Err(refused(&refusal, method, wanted, growth.as_ref()));
-        }
-    };
+    let choice = find(&case, method, wanted)?;
     let mut rows = account(&choice, wanted);
-    if let Some(growth) = growth(&choice.method, choice.stepping) {
+    // Where controlled steps are too many to be followed, the scene's own will do.
+    let own = || horizon::growth(&case, method, Stepping::Fixed(method.timestep));
+    if let Ok(growth) = horizon::growth(&case, &choice.method, choice.stepping).or_else(|_| own()) {
         rows.push(["trust".to_owned(), trusted(&growth, wanted, seconds)]);
     }
     let steps = (seconds / method.timestep).round().max(1.0) as usize;
@@ -64,7 +78,8 @@ pub fn choose(model: &Model, method: &Method, start: &State, seconds: f64, wante
     })
 }
 
-fn account(choice: &Choice, wanted: f64) -> Vec<[String; 2]> {
+/// What was chosen and what it costs, for a report.
+pub fn account(choice: &Choice, wanted: f64) -> Vec<[String; 2]> {
     let steps = match (choice.stepping, choice.effort) {
         (Stepping::Controlled(tolerance), Some(effort)) => format!(
             "{}, {} of controlled size, each within {}; {} taken back{}",

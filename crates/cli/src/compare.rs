@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::Failure;
+use super::accuracy::{self, AccuracyArgs};
 use super::bench::median;
 use super::files;
 use super::format::{count, short, si, table};
@@ -14,9 +15,12 @@ use penny::data::Data;
 use penny::forward::{Method, step};
 use penny::model::Model;
 use penny::state::State;
+use penny_lab::accuracy::horizon::{Growth, growth};
+use penny_lab::accuracy::{Choice, Stepping};
 use penny_lab::plot::palette::{CURVES, DASHES, INK};
 use penny_lab::plot::{self, Axis, Figure, Layer, Line, Panel};
 use penny_lab::record::coordinates;
+use penny_lab::sweep::Case;
 
 mod why;
 
@@ -29,6 +33,8 @@ pub struct Args {
     length: LengthArgs,
     #[command(flatten)]
     method: MethodArgs,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
     #[command(flatten)]
     start: StartArgs,
     /// Draw the differences over time: a file that ends in .svg or .png
@@ -53,6 +59,10 @@ struct Rollout {
     rows: Vec<Vec<f64>>,
     /// Time of a step as the scene is, and of one of MuJoCo's that was measured in turns with it: medians, s.
     pace: [f64; 2],
+    /// The method that was chosen for an accuracy.
+    chosen: Option<Choice>,
+    /// How errors grow under the law; looked at where the run differs.
+    growth: Option<Growth>,
 }
 
 /// Runs measured, at least, and until they have taken that many seconds.
@@ -109,8 +119,23 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
         .iter()
         .map(|&contact| {
             let method = Method { contact, ..method };
-            let rows = rows(&model, &method, &start, steps);
-            Ok(Rollout { rows, pace: pace(&model, &method, &start, steps, &mut mujoco)? })
+            let Some(wanted) = args.accuracy.accuracy else {
+                let rows = rows(&model, &method, &start, steps);
+                let growth = trusted(&model, &method, &start, &rows, &theirs);
+                let pace = pace(&model, &method, &start, steps, &mut mujoco)?;
+                return Ok(Rollout { rows, pace, chosen: None, growth });
+            };
+            let case = Case { model: exact(&model), start: start.clone(), seconds: steps as f64 * method.timestep };
+            let choice = accuracy::find(&case, &method, wanted)?;
+            for [name, text] in accuracy::account(&choice, wanted) {
+                println!("  {}: {name}: {text}", contact.name);
+            }
+            let before = Instant::now();
+            let rows = accurate(&case, &choice, method.timestep, steps);
+            let ours = before.elapsed().as_secs_f64() / steps.max(1) as f64;
+            let growth = trusted(&model, &method, &start, &rows, &theirs);
+            let pace = [ours, pace(&model, &method, &start, steps, &mut mujoco)?[1]];
+            Ok(Rollout { rows, pace, chosen: Some(choice), growth })
         })
         .collect::<Result<Vec<Rollout>, Failure>>()?;
 
@@ -202,18 +227,34 @@ fn verdict(
     theirs: &[Vec<f64>],
     kicked: &[Vec<f64>],
 ) -> String {
-    let (most, apart) = largest_difference(&ours.rows, theirs);
     let steps = ours.rows.len() - 1;
     if ours.rows.len() < theirs.len() {
         return format!("yes: it diverges after {}", si(steps as f64 * method.timestep, "s"));
     }
+    // What comes later than rounding needs to grow to a difference tells nothing.
+    let horizon = ours.growth.as_ref().and_then(|growth| growth.horizon(DIFFERENT));
+    let trusted = horizon.map_or(steps, |time| ((time / method.timestep) as usize).min(steps));
+    let told_horizon = || {
+        let doubling = ours.growth.as_ref().and_then(Growth::doubling).map_or_else(String::new, |d| si(d, "s"));
+        format!(
+            "the trust horizon, {}: there rounding alone, doubled every {doubling} where it grows fastest, has become \
+             {DIFFERENT:e}, and nobody can say who is right",
+            si(trusted as f64 * method.timestep, "s")
+        )
+    };
+    if let Some((first, _)) = first_different(&ours.rows, theirs).filter(|(first, _)| *first > trusted) {
+        let first = si(first as f64 * method.timestep, "s");
+        return format!("no: it first differs after {first}, beyond {}", told_horizon());
+    }
+    let (most, apart) = largest_difference(&ours.rows[..=trusted], theirs);
+    let until = if trusted < steps { format!(" (up to {})", told_horizon()) } else { String::new() };
     if apart <= DIFFERENT {
         return format!("no: it is below {DIFFERENT:e} in all coordinates");
     }
     let unit = coordinates(model).get(most).map_or("", |c| c.unit);
     let told = |x: f64| if unit == "1" { short(x) } else { si(x, unit) };
     let place = coordinate_name(model, most);
-    let (_, itself) = largest_difference(kicked, theirs);
+    let (_, itself) = largest_difference(&kicked[..kicked.len().min(trusted + 1)], theirs);
     if itself > 0.3 * apart {
         return format!(
             "no: the motion is chaotic; MuJoCo, kicked by {KICK:e}, ends {} from itself, and this law {} from it",
@@ -222,31 +263,27 @@ fn verdict(
         );
     }
     let half = Method { timestep: 0.5 * method.timestep, ..*method };
-    let finer: Vec<Vec<f64>> = rows(model, &half, start, 2 * steps).into_iter().step_by(2).collect();
-    let (_, own) = largest_difference(&ours.rows, &finer);
-    let way =
-        ours.rows.iter().map(|q| q[most]).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    let (own, whose) = match &ours.chosen {
+        Some(choice) => (choice.error, "this law's run errs by about"),
+        None => {
+            let finer: Vec<Vec<f64>> = rows(model, &half, start, 2 * trusted).into_iter().step_by(2).collect();
+            let own = if finer.len() > trusted { largest_difference(&ours.rows[..=trusted], &finer).1 } else { 0.0 };
+            (own, "halving the timestep changes this law's own run by")
+        }
+    };
+    let way = ours.rows[..=trusted]
+        .iter()
+        .map(|q| q[most])
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
     let share = apart / (way.1 - way.0).max(f64::MIN_POSITIVE);
-    if finer.len() == ours.rows.len() && own >= 0.5 * apart {
-        return format!(
-            "no: {} in {place}, and halving the timestep changes this law's own run by {}",
-            told(apart),
-            told(own)
-        );
+    if own >= 0.5 * apart {
+        return format!("no: {} in {place}, and {whose} {}{until}", told(apart), told(own));
     }
     let way = if share < 1e3 { format!(", {} % of what it moves", short(100.0 * share)) } else { String::new() };
     if share < 0.01 {
-        return format!(
-            "little: {} in {place}{way}; halving the timestep changes this law's run by {}",
-            told(apart),
-            told(own)
-        );
+        return format!("little: {} in {place}{way}; {whose} {}{until}", told(apart), told(own));
     }
-    format!(
-        "yes: {} in {place}{way}, while halving the timestep changes this law's run by only {}: the laws differ",
-        told(apart),
-        told(own)
-    )
+    format!("yes: {} in {place}{way}, while {whose} only {}: the laws differ{until}", told(apart), told(own))
 }
 
 /// What is known of why a run has left MuJoCo's.
@@ -318,11 +355,33 @@ fn chart(
     plot::save(&figure, file).map_err(|e| Failure::Problem(format!("error: {e}")))
 }
 
-/// Penny's run, solved to rounding as MuJoCo's; it ends early where it diverges.
-fn rows(model: &Model, method: &Method, start: &State, steps: usize) -> Vec<Vec<f64>> {
+/// The model solved to rounding.
+fn exact(model: &Model) -> Model {
     let mut exact = model.clone();
     let changed = exact.edit(|m| (m.opt.tolerance, m.opt.iterations) = (0.0, m.opt.iterations.max(100)));
     debug_assert!(changed.is_ok(), "{changed:?}");
+    exact
+}
+
+/// The rows of a run by the method that was chosen; they end early where it fails.
+fn accurate(case: &Case, choice: &Choice, timestep: f64, steps: usize) -> Vec<Vec<f64>> {
+    let mut rows = vec![case.start.qpos.clone()];
+    let Ok(mut run) = choice.run(&case.model, &case.start, case.seconds) else { return rows };
+    let states = (1..=steps).map_while(|i| run.at(case.start.time + i as f64 * timestep).ok());
+    rows.extend(states.map(|state| state.qpos));
+    rows
+}
+
+/// How errors grow under a law, if its run differs.
+fn trusted(model: &Model, method: &Method, start: &State, rows: &[Vec<f64>], theirs: &[Vec<f64>]) -> Option<Growth> {
+    first_different(rows, theirs)?;
+    let case = Case { model: model.clone(), start: start.clone(), seconds: (rows.len() - 1) as f64 * method.timestep };
+    growth(&case, method, Stepping::Fixed(method.timestep)).ok()
+}
+
+/// Penny's run, solved to rounding as MuJoCo's; it ends early where it diverges.
+fn rows(model: &Model, method: &Method, start: &State, steps: usize) -> Vec<Vec<f64>> {
+    let exact = exact(model);
     let (mut state, mut data) = (start.clone(), Data::new(&exact));
     let mut rows = vec![state.qpos.clone()];
     while rows.len() <= steps && step(&exact, method, &mut state, &mut data).is_ok() {

@@ -31,6 +31,7 @@ macro_rules! println {
     };
 }
 
+mod accuracy;
 mod bench;
 mod check;
 mod compare;

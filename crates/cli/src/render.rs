@@ -5,13 +5,17 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
+use super::accuracy::{self, AccuracyArgs};
 use super::files;
 use super::format::{short, si};
 use super::play::{opened, recorded};
 use super::scene::{LimitArgs, MethodArgs, StartArgs};
 use penny::draft::Draft;
+use penny::forward::Method;
+use penny_lab::accuracy::Stepping;
+use penny_lab::sweep::Case;
 use penny_view::film::Film;
-use penny_view::log::Log;
+use penny_view::log::{Change, Log};
 use penny_view::paint::{Image, Painter};
 use penny_view::scene;
 use penny_view::session::{Player, Session, Source};
@@ -57,6 +61,8 @@ pub struct Args {
     panel: bool,
     #[command(flatten)]
     method: MethodArgs,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
     #[command(flatten)]
     start: StartArgs,
     #[command(flatten)]
@@ -149,7 +155,7 @@ fn counted(frames: usize, fps: f64) -> String {
 /// The session to film, what drives it if it was recorded, and the files that were read.
 fn session(args: &Args) -> Result<(Session, Option<Player>, Vec<PathBuf>), Failure> {
     if args.input.extension().is_some_and(|e| e == "json") {
-        if args.method.given() || args.start.given() {
+        if args.method.given() || args.start.given() || args.accuracy.accuracy.is_some() {
             let why = "error: a recorded session brings its own method and start; these options are for scenes";
             return Err(Failure::Usage(why.to_owned()));
         }
@@ -159,7 +165,24 @@ fn session(args: &Args) -> Result<(Session, Option<Player>, Vec<PathBuf>), Failu
     let opened = opened(&args.input, &args.limits.limits())?;
     let (method, state) = (args.method.method(&opened.model)?, args.start.state(&opened.model)?);
     let source = Source { path: args.input.display().to_string(), hash: opened.hash, seed: 0, text: Some(opened.text) };
-    Ok((Session::new(opened.model, method, state, source), None, opened.files))
+    let Some(wanted) = args.accuracy.accuracy else {
+        return Ok((Session::new(opened.model, method, state, source), None, opened.files));
+    };
+    let seconds = args.from.unwrap_or(0.0) + args.time.unwrap_or(DEFAULT_TIME);
+    let case = Case { model: opened.model, start: state, seconds };
+    let choice = accuracy::find(&case, &method, wanted)?;
+    for [name, text] in accuracy::account(&choice, wanted) {
+        println!("{name}: {text}");
+    }
+    // Controlled steps end at each of the scene's own.
+    let (timestep, tolerance) = match choice.stepping {
+        Stepping::Fixed(timestep) => (timestep, 0.0),
+        Stepping::Controlled(tolerance) => (method.timestep, tolerance),
+    };
+    let method = Method { timestep, ..choice.method };
+    let mut session = Session::new(case.model, method, case.start, source);
+    session.change(Change::Accuracy(tolerance)).map_err(problem)?;
+    Ok((session, None, opened.files))
 }
 
 fn film(args: &Args, session: &Session, fps: f64) -> Result<Film, Failure> {

@@ -9,14 +9,18 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use super::Failure;
+use super::accuracy::AccuracyArgs;
 use super::files;
 use super::format::{count, short, si};
 use super::interrupt::Interrupt;
 use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, OverrideArgs, StartArgs};
 use penny::Simulation;
 use penny::model::Model;
+use penny_lab::accuracy;
+use penny_lab::explain::Budget;
 use penny_lab::names;
 use penny_lab::record::{self, Recorder};
+use penny_lab::sweep::Case;
 
 mod vary;
 
@@ -58,6 +62,8 @@ pub struct Args {
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
+    accuracy: AccuracyArgs,
+    #[command(flatten)]
     start: StartArgs,
     #[command(flatten)]
     overrides: OverrideArgs,
@@ -83,6 +89,10 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     let mut header = vec!["world".to_owned()];
     header.extend(plan.names.iter().cloned());
     header.push("failed".to_owned());
+    let wanted = args.accuracy.accuracy;
+    if wanted.is_some() {
+        header.extend(["method", "evaluations", "error m"].map(str::to_owned));
+    }
     header.extend(record::columns(&model, &shown));
     let header = header.iter().map(|name| record::quoted(name)).collect::<Vec<_>>().join(",");
     let unfinished = unfinished(&args.out);
@@ -99,7 +109,7 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     let (mut failures, mut world) = (0, done);
     while world < plan.worlds && interrupt.code().is_none() {
         let piece = world..(world + PIECE * pool.current_num_threads()).min(plan.worlds);
-        let run = |world: usize| plan.run(world, &base, seconds, &shown);
+        let run = |world: usize| plan.run(world, &base, seconds, &shown, wanted);
         let rows: Vec<_> = pool.install(|| piece.clone().into_par_iter().map(run).collect());
         for row in rows {
             // The first world's that cannot be, whichever thread was first.
@@ -134,7 +144,14 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         si(elapsed / (ran * steps).max(1) as f64, "s")
     );
     if failures > 0 {
-        eprintln!("warning: {failures} of {ran} diverged: the column `failed` has the time, s");
+        match wanted {
+            None => eprintln!("warning: {failures} of {ran} diverged: the column `failed` has the time, s"),
+            Some(wanted) => eprintln!(
+                "warning: {failures} of {ran} were refused: no method has {}; the column `failed` has the time until which one \
+                 has, s, and the rest of the row is the start",
+                si(wanted, "m")
+            ),
+        }
     }
     Ok(())
 }
@@ -183,7 +200,7 @@ impl Plan {
         }
     }
 
-    /// Runs a world for a time (s). Out: its row, and whether it diverged.
+    /// Runs a world for a time (s), to an accuracy (m) if one is wanted. Out: its row, and whether it failed.
     ///
     /// Errors: a number that the scene cannot have.
     fn run(
@@ -192,6 +209,7 @@ impl Plan {
         base: &Simulation,
         seconds: f64,
         shown: &[record::Quantity],
+        wanted: Option<f64>,
     ) -> Result<(String, bool), Failure> {
         let numbers = self.numbers(world);
         let mut sim = base.clone();
@@ -199,15 +217,38 @@ impl Plan {
             let wrong = |why| Failure::Problem(format!("error: world {world}: {name} = {}: {why}", short(*x)));
             slot.set(&mut sim, *x).map_err(wrong)?;
         }
-        let steps = (seconds / sim.method().timestep).round() as usize;
-        let failed = sim.step_n(steps).err();
+        let mut row = vec![world.to_string()];
+        row.extend(numbers.iter().map(|x| format!("{x:.16e}")));
+        let failed = match wanted {
+            None => {
+                let steps = (seconds / sim.method().timestep).round() as usize;
+                let failed = sim.step_n(steps).err().map(|error| error.time());
+                row.push(failed.map_or_else(String::new, |time| time.to_string()));
+                failed
+            }
+            Some(wanted) => {
+                let case = Case { model: sim.model().clone(), start: sim.state().clone(), seconds };
+                // Without a clock: a world's row is the same on every machine.
+                match accuracy::choose(&case, sim.method().contact, wanted, &Budget::unlimited()) {
+                    Ok(choice) => {
+                        let how = if choice.effort.is_some() { " controlled" } else { "" };
+                        let (by, error) = (choice.method.integrator.name, format!("{:.1e}", choice.error));
+                        row.extend([String::new(), format!("{by}{how}"), choice.evaluations.to_string(), error]);
+                        sim.restore(&choice.end).map_err(|e| Failure::Problem(format!("error: world {world}: {e}")))?;
+                        None
+                    }
+                    Err(refusal) => {
+                        row.extend([refusal.until.to_string(), "refused".to_owned()]);
+                        row.extend([refusal.trial.to_string(), format!("{:.1e}", refusal.reached)]);
+                        Some(refusal.until)
+                    }
+                }
+            }
+        };
         let (model, method, state) = (sim.model(), sim.method(), sim.state());
         let mut recorder = Recorder::new(model);
         let sample = recorder.sample(model, state);
         let values = recorder.values(model, method, state, &sample, shown);
-        let mut row = vec![world.to_string()];
-        row.extend(numbers.iter().map(|x| format!("{x:.16e}")));
-        row.push(failed.as_ref().map_or_else(String::new, |error| error.time().to_string()));
         row.extend(record::row(state, &sample, &values));
         Ok((row.join(","), failed.is_some()))
     }

@@ -6,14 +6,13 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-mod accuracy;
 mod summary;
 mod table;
 pub mod warnings;
 
-use self::accuracy::{Chosen, Stepper};
 use self::table::Table;
 use self::warnings::{EnergyGain, Overlap};
+use super::accuracy::{self, AccuracyArgs, Chosen, Stepper};
 use super::doubts;
 use super::explain::{hopping, largest_timestep, requirements};
 use super::files;
@@ -45,11 +44,8 @@ pub struct Args {
     every: usize,
     #[command(flatten)]
     method: MethodArgs,
-    /// Take the cheapest method of the contact law that keeps every body this near to the law's exact motion over the whole run
-    /// (m, and rad times the body's reach), and say what it costs
-    #[arg(long, value_name = "M", value_parser = scene::length, allow_hyphen_values = true)]
-    #[arg(conflicts_with_all = ["integrator", "rounds", "steps", "save_state"])]
-    accuracy: Option<f64>,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
     #[command(flatten)]
     start: StartArgs,
     #[command(flatten)]
@@ -60,7 +56,7 @@ pub struct Args {
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     show: Vec<String>,
     /// Write the state at the end of the run, for --load-state
-    #[arg(long, value_name = "FILE|-")]
+    #[arg(long, value_name = "FILE|-", conflicts_with = "accuracy")]
     save_state: Option<PathBuf>,
     /// Write the trajectory as CSV; `-` is standard output
     #[arg(long, value_name = "FILE|-")]
@@ -108,7 +104,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let method = args.method.method(&model)?;
     let mut state = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep)?;
-    let chosen = match args.accuracy {
+    let chosen = match args.accuracy.accuracy {
+        Some(_) if args.length.counted() => {
+            let why = "error: --accuracy finds the steps itself: give --time instead of --steps";
+            return Err(Failure::Usage(why.to_owned()));
+        }
         None => Chosen::asked(method, steps),
         Some(wanted) => accuracy::choose(&model, &method, &state, steps as f64 * method.timestep, wanted)?,
     };

@@ -345,6 +345,11 @@ fn qvel_names(kind: JointKind) -> &'static str {
 }
 
 impl LengthArgs {
+    /// Whether a number of steps was asked for.
+    pub fn counted(&self) -> bool {
+        self.steps.is_some()
+    }
+
     /// Errors: wrong usage, if there are more than [`MOST_STEPS`].
     pub fn steps(&self, timestep: f64) -> Result<usize, Failure> {
         let time = self.time.unwrap_or(DEFAULT_TIME);

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 mod files;
+mod floors;
+mod summary;
 
 use self::files::{Earlier, Files, PICTURES, cannot};
 use super::Failure;
@@ -29,9 +31,12 @@ use penny_view::open::open_within;
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// MJCF file
-    #[arg(value_name = "SCENE.xml")]
-    scene: PathBuf,
+    /// MJCF file; with --summary any number of them
+    #[arg(value_name = "SCENE.xml", required = true)]
+    scenes: Vec<PathBuf>,
+    /// For each scene the cheapest method for 1e-2, 1e-4 and 1e-6 m, and what --accuracy takes: a table, a CSV file and one picture
+    #[arg(long, conflicts_with_all = ["truth", "timesteps", "resume", "map", "integrators"])]
+    summary: bool,
     /// Directory for CSV, JSON, SVG and PNG [default: sweep-SCENE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -189,8 +194,13 @@ impl Args {
         if named.is_empty() { integrate::ALL.to_vec() } else { named }
     }
 
+    /// The scene, where there is one.
+    fn scene(&self) -> &Path {
+        self.scenes.first().map_or(Path::new(""), PathBuf::as_path)
+    }
+
     fn directory(&self) -> PathBuf {
-        let stem = self.scene.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let stem = self.scene().file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         self.out.clone().unwrap_or_else(|| format!("sweep-{stem}").into())
     }
 }
@@ -201,16 +211,22 @@ fn contactless(model: &Model) -> bool {
 }
 
 pub fn sweep(args: &Args) -> Result<(), Failure> {
+    if args.summary {
+        return summary::summary(args);
+    }
+    if args.scenes.len() > 1 {
+        return Err(Failure::Usage("error: one scene at a time, or --summary for several".to_owned()));
+    }
     let directory = args.directory();
     let written: Vec<PathBuf> = files::ALL.iter().map(|file| directory.join(file)).collect();
     let written: Vec<_> = written.iter().map(|path| ("--out", Some(path.as_path()))).collect();
-    let model = scene::load_apart(&args.scene, &args.limits, &written)?;
+    let model = scene::load_apart(args.scene(), &args.limits, &written)?;
     args.can_wait(&model)?;
     let start = args.start.state(&model)?;
     let case = Case { model, start, seconds: args.time };
     if let Some(axes) = &args.map {
         let request = map::Request {
-            path: &args.scene,
+            path: args.scene(),
             laws: args.mapped(&case.model),
             integrators: args.integrators(),
             case,
@@ -227,8 +243,8 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     let smallest = list.iter().copied().fold(f64::INFINITY, f64::min);
 
     let settings = json!({
-        "scene": args.scene.file_name().map(|n| n.to_string_lossy()), "model": case.model.name,
-        "hash": open_within(&args.scene, &args.limits.limits()).map_err(Failure::Problem)?.hash,
+        "scene": args.scene().file_name().map(|n| n.to_string_lossy()), "model": case.model.name,
+        "hash": open_within(args.scene(), &args.limits.limits()).map_err(Failure::Problem)?.hash,
         "time": args.time, "truth": truth_name(args.truth), "rounds": args.rounds,
         "qpos": case.start.qpos, "qvel": case.start.qvel, "ctrl": case.start.ctrl,
     });
@@ -269,14 +285,16 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     bar.finish_and_clear();
     problem.map_or(Ok(()), |e| Err(Failure::from(e)))?;
 
-    let name = args.scene.display().to_string();
+    let name = args.scene().display().to_string();
     let uncertainty = uncertainties(&target);
+    let found = floors::floors(&case, &target, &laws, smallest, &unit);
+    let notes = [notes, found.notes].concat();
     let words = Words {
-        title: format!("What accuracy costs: {}", file_name(&args.scene)),
+        title: format!("What accuracy costs: {}", file_name(args.scene())),
         subtitle: format!("{} of simulated time\n{}", si(args.time, "s"), notes.join("\n")),
         error: unit.clone(),
     };
-    let figure = work_precision(&rows, words, &uncertainty);
+    let figure = work_precision(&rows, words, &found.levels);
     for file in PICTURES {
         plot::save(&figure, &directory.join(file)).map_err(|e| Failure::Problem(format!("error: {e}")))?;
     }
@@ -387,7 +405,7 @@ fn mujoco(args: &Args, case: &Case, fine: f64) -> Result<Reference, Failure> {
         let mut run = |h: f64| {
             let (timestep, each) = fit(args.time, h);
             let method = Method { contact: contact::ALL[0], integrator, timestep, rounds: penny::forward::ROUNDS };
-            mujoco.load(&Scene::Path(&args.scene), &case.model, &method, &case.start, true)?;
+            mujoco.load(&Scene::Path(args.scene()), &case.model, &method, &case.start, true)?;
             mujoco.rollout(each * SAMPLES, each).map(|rows| reference::from_qpos(case, &rows))
         };
         let (samples, coarser) = (run(fine)?, run(2.0 * fine)?);

@@ -83,6 +83,9 @@ pub enum Change {
     /// s
     Timestep(f64),
     Rounds(usize),
+    /// Of a step, m: every step is made of controlled ones that err no more, by an integrator that estimates its error;
+    /// 0: it is one step of the integrator.
+    Accuracy(f64),
     /// m/s²
     Gravity([f64; 3]),
     /// Of all contacts.

@@ -3,8 +3,10 @@
 
 use super::energy_balance::{self, EnergyBalance};
 use super::log::{self, Change, Input, Log, Start, VERSION};
+use penny::control::{Controlled, Failed};
 use penny::data::Data;
-use penny::forward::{Method, StepError, step};
+use penny::forward::{Method, StepError, forward, step};
+use penny::integrate::Integrator;
 use penny::math::{Quat, Vec3, Vec6};
 use penny::model::{Model, Parts};
 use penny::state::State;
@@ -32,12 +34,19 @@ pub struct Session {
     pub steps: u64,
     /// Energy and impulse put in and lost since the last [`Session::restart`].
     pub balance: EnergyBalance,
+    /// Error that a step may have, m; 0 where it is one step of the integrator.
+    accuracy: f64,
+    /// The controlled step to try next, s.
+    next: Option<f64>,
     begin: State,
     begin_method: Method,
     inputs: Vec<Input>,
     previous: Poses,
     current: Poses,
 }
+
+/// Controlled steps that one step may take.
+const MOST_PARTS: usize = 10_000;
 
 /// Position and orientation of every body.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -71,6 +80,8 @@ impl Session {
             original: model.clone(),
             model,
             method,
+            accuracy: 0.0,
+            next: None,
             begin: state.clone(),
             begin_method: method,
             state,
@@ -150,13 +161,23 @@ impl Session {
         self.state.xfrc_applied.get(body).copied().unwrap_or_else(Vec6::zeros)
     }
 
-    /// Takes one step.
+    /// Error that a step may have, m; 0 where it is one step of the integrator.
+    pub fn accuracy(&self) -> f64 {
+        self.accuracy
+    }
+
+    /// Takes one step, or as many controlled ones as its accuracy asks for.
     ///
-    /// Errors: [`StepError`]; the state is then back before the step.
-    pub fn step(&mut self) -> Result<(), StepError> {
+    /// Errors: [`Failed`]; the state is then back before the step.
+    pub fn step(&mut self) -> Result<(), Failed> {
         let before = self.state.clone();
         let twists = energy_balance::twists(&self.model, &self.data);
-        if let Err(error) = step(&self.model, &self.method, &mut self.state, &mut self.data) {
+        let outcome = if self.accuracy > 0.0 {
+            self.controlled()
+        } else {
+            step(&self.model, &self.method, &mut self.state, &mut self.data).map_err(Failed::Step)
+        };
+        if let Err(error) = outcome {
             self.state = before;
             self.data = Data::new(&self.model);
             self.balance.revalue(&self.model, &self.state, &mut self.data);
@@ -170,14 +191,27 @@ impl Session {
         Ok(())
     }
 
+    /// Controlled steps for the time of one; `data` has poses and forces at its beginning, as after a step.
+    fn controlled(&mut self) -> Result<(), Failed> {
+        let h = self.method.timestep;
+        let end = self.state.time + h;
+        forward(&self.model, &self.method, &self.state, &mut self.data);
+        let method = Method { timestep: self.next.unwrap_or(h).min(h), ..self.method };
+        let mut run = Controlled::new(&self.model, &method, &self.state, self.accuracy, end)?;
+        let state = run.at(end, MOST_PARTS)?;
+        self.next = Some(run.next_step());
+        self.state = State { time: end, ..state };
+        Ok(())
+    }
+
     /// Poses between the last two steps; `t` = 1 is now.
     pub fn poses(&self, t: f64) -> Poses {
         Poses::between(&self.previous, &self.current, t.clamp(0.0, 1.0))
     }
 
     /// A sentence about a step that failed.
-    pub fn failure(&self, error: &StepError) -> String {
-        let StepError::Diverged(d) = error else { return error.to_string() };
+    pub fn failure(&self, error: &Failed) -> String {
+        let Failed::Step(StepError::Diverged(d)) = error else { return error.to_string() };
         let body = &self.model.bodies[d.body].name;
         format!(
             "the simulation diverged at {:.4} s: {}[{}] of `{body}` is {:e}; try a smaller timestep",
@@ -240,7 +274,21 @@ impl Session {
                 return Ok(());
             }
             Change::Contact(name) => self.method.contact = law(name)?,
-            Change::Integrator(name) => self.method.integrator = integrator(name)?,
+            Change::Integrator(name) => {
+                self.method.integrator = integrator(name)?;
+                // Without an estimate nothing can be controlled.
+                self.accuracy *= f64::from(u8::from(self.method.integrator.estimate.is_some()));
+            }
+            Change::Accuracy(tolerance) => {
+                let Integrator { name, estimate, .. } = self.method.integrator;
+                if !(tolerance.is_finite() && *tolerance >= 0.0) {
+                    return Err(format!("an accuracy is a length in m, or 0 for none, not {tolerance}"));
+                }
+                if *tolerance > 0.0 && estimate.is_none() {
+                    return Err(format!("{name} does not estimate its error: {} do", controllable()));
+                }
+                self.accuracy = *tolerance;
+            }
             Change::Timestep(h) => self.method.timestep = positive(*h)?,
             Change::Rounds(n) => self.method.rounds = (*n).max(1),
             Change::Gravity(g) => {
@@ -267,6 +315,7 @@ impl Session {
                 self.state = State { xfrc_applied: pushes, ..restored(&self.model, start)? };
             }
         }
+        self.next = None;
         // What a step has prepared may depend on what was changed.
         self.data = Data::new(&self.model);
         self.balance.revalue(&self.model, &self.state, &mut self.data);
@@ -333,6 +382,12 @@ fn law(name: &str) -> Result<&'static contact::Law, String> {
 
 fn integrator(name: &str) -> Result<&'static integrate::Integrator, String> {
     integrate::by_name(name).ok_or_else(|| format!("there is no integrator `{name}`"))
+}
+
+/// The integrators that estimate their error.
+fn controllable() -> String {
+    let names: Vec<&str> = integrate::ALL.iter().filter(|i| i.estimate.is_some()).map(|i| i.name).collect();
+    names.join(" and ")
 }
 
 fn positive(timestep: f64) -> Result<f64, String> {

@@ -8,6 +8,9 @@ use penny_view::log::Change;
 use penny_view::scene;
 
 pub const WIDTH: f32 = 300.0;
+/// m
+const FIRST_ACCURACY: f64 = 1e-4;
+const ACCURACY: &str = "split every step into steps of controlled size, none of which errs by more";
 
 pub fn show(app: &mut App, ui: &mut egui::Ui) {
     ui.add_space(6.0);
@@ -71,6 +74,24 @@ fn method(app: &mut App, ui: &mut egui::Ui) {
         if ui.add(slider).changed() {
             changes.push(Change::Timestep(h * 1e-3));
         }
+        ui.end_row();
+        ui.label("accuracy");
+        ui.horizontal(|ui| {
+            let mut wanted = stage.session.accuracy();
+            let mut controlled = wanted > 0.0;
+            if ui.checkbox(&mut controlled, "").on_hover_text(ACCURACY).changed() {
+                // By the integrator there is, if it estimates its error.
+                if let Some(other) = integrate::controllable(method.integrator).filter(|_| controlled) {
+                    changes.push(Change::Integrator(other.name.to_owned()));
+                }
+                changes.push(Change::Accuracy(if controlled { FIRST_ACCURACY } else { 0.0 }));
+            }
+            let slider = egui::Slider::new(&mut wanted, 1e-9..=1e-2).logarithmic(true);
+            let slider = slider.custom_formatter(|x, _| format!("{x:.0e} m"));
+            if ui.add_enabled(controlled, slider).changed() {
+                changes.push(Change::Accuracy(wanted));
+            }
+        });
         ui.end_row();
         if let Some(name) = wanted {
             stage.set_ghost(Some(name).filter(|n| *n != "none"));

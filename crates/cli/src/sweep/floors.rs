@@ -1,0 +1,117 @@
+//! Errors that a smaller step does not go below: those of the law itself, of the reference, and of rounding that has grown.
+
+use std::collections::BTreeMap;
+
+use super::super::format::si;
+use penny::contact::Law;
+use penny::forward::{Method, ROUNDS};
+use penny::integrate;
+use penny_lab::accuracy::Stepping;
+use penny_lab::accuracy::horizon::growth;
+use penny_lab::plot::number;
+use penny_lab::sweep::Case;
+use penny_lab::sweep::diagram::Level;
+use penny_lab::sweep::grid::Target;
+use penny_lab::sweep::trajectory::{distance, fit};
+
+/// Levels by law, and what there is to say about them.
+pub struct Floors {
+    pub levels: BTreeMap<String, Vec<Level>>,
+    pub notes: Vec<String>,
+}
+
+/// A law's own error counts where it is so many times what halving the step still changes.
+const CLEAR: f64 = 3.0;
+/// Steps of the runs that tell how errors grow.
+const MOST_STEPS: f64 = 2e5;
+
+/// The floors under the curves of a sweep; `unit` is the error's.
+pub fn floors(case: &Case, target: &Target, laws: &[&'static Law], smallest: f64, unit: &str) -> Floors {
+    let mut found = Floors { levels: BTreeMap::new(), notes: Vec::new() };
+    for &law in laws {
+        let mut levels = Vec::new();
+        match target {
+            Target::Poses(references) => {
+                let Some(reference) = references.get(law.name) else { continue };
+                levels.push(Level { name: "uncertain below".into(), error: reference.uncertainty });
+                // How far other laws are from this one, each at its own smallest step.
+                let apart = |other: &&Law| {
+                    let other = references.get(other.name)?;
+                    distance(&case.model, &reference.samples, &other.samples)
+                };
+                let others: Vec<&Law> = laws.iter().copied().filter(|other| other.name != law.name).collect();
+                let nearest = others
+                    .iter()
+                    .filter_map(|other| Some((other.name, apart(other)?)))
+                    .filter(|(_, apart)| *apart > reference.uncertainty)
+                    .min_by(|a, b| a.1.total_cmp(&b.1));
+                if let Some((other, error)) = nearest {
+                    found.notes.push(format!(
+                        "{}: {other}, the law nearest to it, is {} away: a smaller error buys nothing if either will do",
+                        law.name,
+                        si(error, "m")
+                    ));
+                    levels.push(Level { name: format!("from {other}"), error });
+                }
+            }
+            Target::Exact(truth) => {
+                // What is left at the smallest step, by the integrator that changes least when it is halved.
+                let own = |integrator| {
+                    let at = |h: f64| {
+                        let method =
+                            Method { contact: law, integrator, timestep: fit(case.seconds, h).0, rounds: ROUNDS };
+                        Some((truth.measure(case, &method).ok()? - (truth.exact)(case, &method)?).abs())
+                    };
+                    let (coarse, fine) = (at(smallest)?, at(0.5 * smallest)?);
+                    Some((fine, (fine - coarse).abs())).filter(|(fine, _)| fine.is_finite())
+                };
+                let all = integrate::ALL.iter().filter(|i| !i.implicit).filter_map(|i| own(*i));
+                let Some((error, change)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+                let quantity = unit.split_once('[').map_or("", |(_, u)| u.trim_end_matches(']'));
+                if error > CLEAR * change {
+                    found.notes.push(format!(
+                        "{}: its own error, at step 0: {} {quantity}: no smaller step goes below",
+                        law.name,
+                        number(error)
+                    ));
+                    levels.push(Level { name: "the law's own".into(), error });
+                } else {
+                    let most = error.max(change);
+                    found.notes.push(format!(
+                        "{}: its own error, at step 0, is below {} {quantity}",
+                        law.name,
+                        number(most)
+                    ));
+                }
+            }
+        }
+        found.levels.insert(law.name.to_owned(), levels);
+    }
+    if let Target::Poses(_) = target {
+        horizons(case, laws, smallest, &mut found);
+    }
+    found
+}
+
+/// How errors grow under each law, and what that makes of rounding.
+fn horizons(case: &Case, laws: &[&'static Law], smallest: f64, found: &mut Floors) {
+    for &law in laws {
+        let timestep = fit(case.seconds, smallest.max(case.seconds / MOST_STEPS)).0;
+        let method =
+            Method { contact: law, integrator: &integrate::semi_implicit_euler::METHOD, timestep, rounds: ROUNDS };
+        let Ok(growth) = growth(case, &method, Stepping::Fixed(timestep)) else { continue };
+        let Some(doubling) = growth.doubling().filter(|d| *d < case.seconds) else { continue };
+        let floor = growth.floor();
+        let until =
+            growth.horizon(1e-6).map_or_else(String::new, |t| format!("; 1e-6 m can be had for {}", si(t, "s")));
+        found.notes.push(format!(
+            "{}: errors double in {} where they grow fastest{until}; rounding alone makes {}",
+            law.name,
+            si(doubling, "s"),
+            si(floor, "m")
+        ));
+        if let Some(levels) = found.levels.get_mut(law.name) {
+            levels.push(Level { name: "trust horizon".into(), error: floor });
+        }
+    }
+}
