@@ -8,6 +8,8 @@ use penny::forward::{Method, step};
 use penny::integrate::{self, Integrator};
 use penny::model::Model;
 use penny::state::State;
+use penny_lab::accuracy::survey;
+use penny_lab::explain::Budget;
 use penny_lab::plot::palette::{CLASSES, CURVES, DASHES, GREY, INK, MARKERS, Marker, PAPER};
 use penny_lab::plot::{Axis, Cells, Figure, Layer, Line, Panel, number};
 use penny_lab::sweep::map::{self, Class, Setting};
@@ -26,7 +28,7 @@ pub struct Chapter {
 
 pub fn write() -> Result<Chapter> {
     let mut chapter = Chapter { text: INTRODUCTION.to_owned(), figures: Vec::new() };
-    for section in [points, frictions, integrators, precision, stability, laws] {
+    for section in [points, frictions, integrators, precision, prices, stability, laws] {
         section(&mut chapter)?;
     }
     Ok(chapter)
@@ -386,6 +388,67 @@ each accuracy.
     );
     Ok(())
 }
+
+/// Evaluations of a run for the truth.
+const MOST: usize = 20_000;
+
+fn prices(chapter: &mut Chapter) -> Result<()> {
+    let mut table = heading(&["scene", "wanted [m]", "cheapest fixed steps", "`--accuracy` takes", "error [m]"]);
+    for (name, xml, seconds) in [
+        ("pendulum: smooth", include_str!("../../models/pendulum.xml"), 1.0),
+        ("arm: servos", include_str!("../../models/arm.xml"), 1.0),
+        ("balls: bounces", include_str!("../../models/balls.xml"), 0.8),
+        ("disk_traction: it settles", include_str!("../../models/disk_traction.xml"), 0.8),
+        ("stack: a landing, then rest", include_str!("../../models/stack.xml"), 0.5),
+    ] {
+        let model = penny::parse("trade.xml", xml).map_err(|e| e.to_string())?.model;
+        let case = Case { start: State::new(&model), model, seconds };
+        {
+            let law = law("penalty")?;
+            for price in survey::prices(&case, law, &[1e-2, 1e-4, 1e-6], MOST, &Budget::unlimited) {
+                let fixed = price.fixed.map_or_else(
+                    || "none cheaper".to_owned(),
+                    |f| format!("{}, {} ms: {}", f.integrator, number(1e3 * f.timestep), f.evaluations),
+                );
+                let Some(chosen) = price.chosen else { continue };
+                let (chosen, error) = match chosen {
+                    Err(_) => ("refused".to_owned(), "–".to_owned()),
+                    Ok((choice, error)) => {
+                        let how = if choice.effort.is_some() { "controlled" } else { "fixed" };
+                        let by = choice.method.integrator.name;
+                        (format!("{by}, {how}: {} ({})", choice.evaluations, choice.trial), number(error))
+                    }
+                };
+                let cells = [name.to_owned(), number(price.wanted), fixed, chosen, error];
+                table += &row(&cells);
+            }
+        }
+    }
+    chapter.text += &format!(
+        "
+## When is which law, integrator and step the right one
+
+Law `penalty`; evaluations of the whole run, and in brackets of the search that found it. Fixed steps are the cheapest of all
+integrators with 64, 128, 256 … steps, which one would have to know beforehand; \"none cheaper\": than the search.
+
+{table}
+{RULES}
+`penny sweep models/*.xml --summary` makes this table of any scenes, with a picture.
+"
+    );
+    Ok(())
+}
+
+const RULES: &str = "\
+- A centimetre: `implicitfast` with steps of 4 to 16 ms, wherever nothing bounces. The search takes three times a run of
+  some dozen steps, which is microseconds.
+- Smooth motion, a millimetre or less: order pays. Fixed steps of `rk4` or `cash-karp` of 8 to 16 ms and controlled steps of
+  `cash-karp` take about as many evaluations.
+- Something lands or bounces, a tenth of a millimetre or less: controlled steps of `cash-karp`. Fixed steps of any order miss
+  the moment of touch, and at a micrometre cost more than search and run together, or cannot be had.
+- The law is no matter of cost. What another law would change (`penny compare`, and the floors that `penny sweep` draws) is
+  the least error that is worth paying for.
+";
 
 /// Evaluations of the forces per simulated second, counted.
 fn evaluations(case: &Case, method: &Method) -> Result<f64> {

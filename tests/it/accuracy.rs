@@ -251,6 +251,70 @@ fn the_growth_of_errors_of_a_ball_on_a_ball_is_the_closed_form_s() {
     assert!((horizon / said - 1.0).abs() < 0.4, "horizon {horizon} where about {said} is right");
 }
 
+/// Two rods of 1 m, started level: the largest Lyapunov exponent of its motion, from a Runge–Kutta run of the textbook's equations
+/// with the tangent flow, and so by another way than twins.
+///
+///     q̈ = M(q)⁻¹ (−C(q, q̇) − G(q)),   δ̇ = J δ by differences of the right-hand side,   λ = ln |δ|/t
+///
+/// Source: A. M. Calvão, T. J. P. Penna, European Journal of Physics 36 (2015), 045018 (exponents of double pendula).
+#[test]
+fn the_growth_of_errors_of_a_double_pendulum_is_its_lyapunov_exponent() {
+    let sim = Sim::new(
+        r#"<mujoco><worldbody><body><joint axis="0 1 0"/><inertial pos="0.5 0 0" mass="1" diaginertia="1e-9 0.0833333333 0.0833333333"/>
+        <body pos="1 0 0"><joint axis="0 1 0"/><inertial pos="0.5 0 0" mass="1" diaginertia="1e-9 0.0833333333 0.0833333333"/>
+        </body></body></worldbody></mujoco>"#,
+    );
+    let seconds = 60.0;
+    let case = Case { start: sim.state.clone(), model: sim.model.clone(), seconds };
+    let growth =
+        horizon::growth(&case, &method("penalty", "cash-karp", 1e-3), Stepping::Controlled(1e-9)).expect("a run");
+    let exponent = pendulum_exponent(seconds);
+    let found = growth.log.last().expect("samples") / growth.times.last().expect("samples");
+    assert!(exponent > 0.5, "it is chaotic: {exponent}");
+    assert!((found / exponent - 1.0).abs() < 0.35, "{found} where {exponent} is right");
+}
+
+/// See above: a and b are the rods' angles from the vertical, b absolute; rods of 1 m and 1 kg.
+fn pendulum_exponent(seconds: f64) -> f64 {
+    let g = 9.81;
+    let rate = |y: [f64; 4]| {
+        let [a, b, u, v] = y;
+        let (c, s) = ((a - b).cos(), (a - b).sin());
+        // (1/3 + 1) ü + ½ c v̇ = −½ s v² − 3/2 g sin a;   ½ c u̇ + 1/3 v̇ = ½ s u² − ½ g sin b
+        let (p, q) = (-0.5 * s * v * v - 1.5 * g * a.sin(), 0.5 * s * u * u - 0.5 * g * b.sin());
+        let det = 4.0 / 9.0 - 0.25 * c * c;
+        [u, v, (p / 3.0 - 0.5 * c * q) / det, (4.0 / 3.0 * q - 0.5 * c * p) / det]
+    };
+    let tangent = |y: [f64; 4], d: [f64; 4]| {
+        let e = 1e-6;
+        let [ahead, behind] = [e, -e].map(|e| rate(std::array::from_fn(|i| y[i] + e * d[i])));
+        std::array::from_fn(|i| (ahead[i] - behind[i]) / (2.0 * e))
+    };
+    let along = |y: [f64; 4], h: f64, k: [f64; 4]| -> [f64; 4] { std::array::from_fn(|i| y[i] + h * k[i]) };
+    let half = std::f64::consts::FRAC_PI_2;
+    let (mut y, mut d, mut log) = ([half, half, 0.0, 0.0], [0.5, -0.3, 0.4, 0.2], 0.0);
+    let (steps, norm) = ((seconds * 2000.0) as usize, |d: [f64; 4]| d.iter().map(|x| x * x).sum::<f64>().sqrt());
+    log -= norm(d).ln();
+    for _ in 0..steps {
+        let h = seconds / steps as f64;
+        let (k1, t1) = (rate(y), tangent(y, d));
+        let (y2, d2) = (along(y, 0.5 * h, k1), along(d, 0.5 * h, t1));
+        let (k2, t2) = (rate(y2), tangent(y2, d2));
+        let (y3, d3) = (along(y, 0.5 * h, k2), along(d, 0.5 * h, t2));
+        let (k3, t3) = (rate(y3), tangent(y3, d3));
+        let (y4, d4) = (along(y, h, k3), along(d, h, t3));
+        let (k4, t4) = (rate(y4), tangent(y4, d4));
+        let sum = |k1: [f64; 4], k2: [f64; 4], k3: [f64; 4], k4: [f64; 4]| {
+            std::array::from_fn(|i| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0)
+        };
+        (y, d) = (along(y, h, sum(k1, k2, k3, k4)), along(d, h, sum(t1, t2, t3, t4)));
+        let size = norm(d);
+        log += size.ln();
+        d = d.map(|x| x / size);
+    }
+    log / seconds
+}
+
 #[test]
 fn what_nothing_can_give_is_refused_with_the_time_until_which_it_can_be_had() {
     let sim = Sim::new(

@@ -374,6 +374,22 @@ fn compare_without_mujoco_says_how_to_install_it() {
 }
 
 /// With MuJoCo at hand (`PENNY_PYTHON`), a pendulum swings as it does there.
+const DOUBLE_PENDULUM: &str = r#"<mujoco><option integrator="RK4"/><worldbody><body><joint axis="0 1 0"/>
+    <geom type="capsule" fromto="0 0 0 1 0 0" size="0.02" contype="0" conaffinity="0"/><body pos="1 0 0"><joint axis="0 1 0"/>
+    <geom type="capsule" fromto="0 0 0 1 0 0" size="0.02" contype="0" conaffinity="0"/></body></body></worldbody></mujoco>"#;
+
+#[test]
+fn a_film_has_the_accuracy_that_is_wanted() {
+    let out = scene("film.xml", "").with_extension("png").display().to_string();
+    let text =
+        says(&["render", "models/box.xml", "--accuracy", "1e-4", "--time", "0.5", "--size", "64x48", "-o", &out], 0);
+    assert_has(&text, &["100 µm wanted", "evaluations", "one picture"]);
+    let text = says(&["render", "models/box.xml", "--accuracy", "1e-4", "--integrator", "rk4", "-o", &out], 2);
+    assert_has(&text, &["--accuracy", "--integrator"]);
+    let text = says(&["run", "models/box.xml", "--accuracy", "1e-4", "--steps", "10"], 2);
+    assert_has(&text, &["--time instead of --steps"]);
+}
+
 #[test]
 fn compare_measures_the_difference_from_mujoco() {
     if std::env::var_os("PENNY_PYTHON").is_none() {
@@ -385,6 +401,12 @@ fn compare_measures_the_difference_from_mujoco() {
     assert_has(&text, &["Why", "penalty: friction:", "disk", "mujoco: no difference", "tutorial has its own law"]);
     assert_has(&text, &["tolerance 1e-8: solver tolerance"]);
     assert_has(&text, &["Does the difference matter", "mujoco: no: it is below 1e-6", "tutorial: yes: "]);
+    let text = says(&["compare", "models/pendulum.xml", "--contact", "penalty", "--accuracy", "1e-5"], 0);
+    assert_has(&text, &["10 µm wanted", "this law's run errs by about"]);
+    // Rounding alone parts the two after some thirty seconds: that is no disagreement.
+    let path = scene("chaos.xml", DOUBLE_PENDULUM).display().to_string();
+    let text = says(&["compare", &path, "--time", "45", "--timestep", "0.01", "--contact", "penalty"], 0);
+    assert!(text.contains("trust horizon") || text.contains("is chaotic"), "{text}");
     let text = says(&["compare", "models/box.xml", "--integrator", "explicit-euler", "--steps", "10"], 0);
     assert_has(&text, &["integrator: MuJoCo has no explicit-euler and runs Euler"]);
     let text = std::fs::read_to_string(crate::file("models/point_mass.xml")).expect("the model");

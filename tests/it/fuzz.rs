@@ -455,6 +455,8 @@ fn sessions() {
         Change::Integrator("rk4".into()),
         Change::Timestep(1e-3),
         Change::Rounds(3),
+        Change::Integrator("cash-karp".into()),
+        Change::Accuracy(1e-6),
         Change::Gravity([0.0, 0.0, -1.0]),
         Change::Solref([0.02, 1.0]),
         Change::Friction([1.0, 0.1, 0.1]),

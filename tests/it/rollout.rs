@@ -113,3 +113,30 @@ fn what_cannot_be_varied_is_told() {
         assert!(!std::path::Path::new(&format!("{out}.unfinished")).exists(), "{vary}: something is left behind");
     }
 }
+
+#[test]
+fn each_world_has_the_accuracy_that_is_wanted_by_a_method_of_its_own() {
+    let folder = folder("accuracy");
+    let last = |accuracy: &str| -> Vec<[f64; 2]> {
+        let more = ["--worlds", "3", "--contact", "mujoco", "--accuracy", accuracy, "--time", "0.5"];
+        let text = std::fs::read_to_string({
+            let out = folder.join(format!("{accuracy}.csv"));
+            let path = out.to_str().expect("text");
+            let vary = ["--vary", "qvel[0]=1..3"];
+            let run = penny(&[&["rollout", "models/box.xml", "--out", path][..], &vary, &more].concat());
+            assert!(run.status.success(), "{}", crate::said(&run));
+            out
+        });
+        let text = text.expect("rows");
+        assert!(text.starts_with("world,qvel[0],failed,method,evaluations,error m,"), "{text}");
+        let place = |name: &str| text.lines().next().and_then(|head| head.split(',').position(|c| c == name));
+        let places = ["qpos0", "qpos1"].map(|name| place(name).unwrap_or_else(|| panic!("no {name}: {text}")));
+        let numbers = |row: &str| places.map(|i| row.split(',').nth(i).and_then(|c| c.parse().ok()).expect("a number"));
+        text.lines().skip(1).map(numbers).collect()
+    };
+    let (coarse, fine) = (last("1e-3"), last("1e-5"));
+    for (coarse, fine) in coarse.iter().zip(&fine) {
+        let apart = coarse.iter().zip(fine).map(|(a, b): (&f64, &f64)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart > 0.0 && apart <= 1e-3, "{coarse:?} {fine:?}");
+    }
+}

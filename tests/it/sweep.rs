@@ -269,6 +269,40 @@ fn a_sweep_says_what_its_numbers_are_worth() {
 }
 
 #[test]
+fn a_summary_has_the_cheapest_method_of_each_scene() {
+    let folder = folder("summary");
+    let (scene, out) = (scene(&folder, SPRING), folder.join("out"));
+    let args =
+        ["sweep", "models/pendulum.xml", &scene, "--summary", "--time", "0.5", "--out", out.to_str().expect("UTF-8")];
+    let output = penny(&args);
+    let said = crate::said(&output);
+    assert!(output.status.success() && said.contains("pendulum.xml") && said.contains("cash-karp"), "{said}");
+    let csv = std::fs::read_to_string(out.join("summary.csv")).expect("the table");
+    assert_eq!(csv.lines().count(), 1 + 2 * 3, "{csv}");
+    for row in csv.lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let [wanted, error] = [cells[2], cells[11]].map(|cell| cell.parse::<f64>().expect("a number"));
+        assert!(error <= wanted, "{row}");
+    }
+    assert!(out.join("summary.png").exists());
+    let output = penny(&["sweep", "models/pendulum.xml", "models/box.xml"]);
+    assert!(!output.status.success() && crate::said(&output).contains("--summary"), "{}", crate::said(&output));
+}
+
+/// The tutorial's contact is another spring than MuJoCo's: at any step its law errs by as much.
+#[test]
+fn a_sweep_draws_the_floor_under_a_law() {
+    let folder = folder("floor");
+    let out = folder.join("out");
+    let args = ["sweep", "models/disk.xml", "--time", "0.5", "--timesteps", "1e-3,1e-2", "--integrators", "rk4"];
+    let output = penny(&[&args[..], &["--laws", "penalty,tutorial", "--out", out.to_str().expect("UTF-8")]].concat());
+    let said = crate::said(&output);
+    assert!(output.status.success() && said.contains("the law nearest to it"), "{said}");
+    let svg = std::fs::read_to_string(out.join("sweep.svg")).expect("the picture");
+    assert!(svg.contains("from tutorial") && svg.contains("from penalty"), "no floors");
+}
+
+#[test]
 fn a_map_is_drawn_with_its_limits() {
     let folder = folder("map");
     let (scene, out) = (scene(&folder, SPRING), folder.join("out"));
