@@ -287,7 +287,7 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
 
     let name = args.scene().display().to_string();
     let uncertainty = uncertainties(&target);
-    let found = floors::floors(&case, &target, &laws, smallest, &unit);
+    let found = floors::floors(&case, &target, &laws, smallest, &unit, contactless(&case.model));
     let notes = [notes, found.notes].concat();
     let words = Words {
         title: format!("What accuracy costs: {}", file_name(args.scene())),

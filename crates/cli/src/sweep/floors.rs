@@ -26,7 +26,15 @@ const CLEAR: f64 = 3.0;
 const MOST_STEPS: f64 = 2e5;
 
 /// The floors under the curves of a sweep; `unit` is the error's.
-pub fn floors(case: &Case, target: &Target, laws: &[&'static Law], smallest: f64, unit: &str) -> Floors {
+pub fn floors(
+    case: &Case,
+    target: &Target,
+    laws: &[&'static Law],
+    smallest: f64,
+    unit: &str,
+    contactless: bool,
+) -> Floors {
+    let told = |law: &Law| if contactless { "all laws" } else { law.name };
     let mut found = Floors { levels: BTreeMap::new(), notes: Vec::new() };
     for &law in laws {
         let mut levels = Vec::new();
@@ -71,7 +79,7 @@ pub fn floors(case: &Case, target: &Target, laws: &[&'static Law], smallest: f64
                 if error > CLEAR * change {
                     found.notes.push(format!(
                         "{}: its own error, at step 0: {} {quantity}: no smaller step goes below",
-                        law.name,
+                        told(law),
                         number(error)
                     ));
                     levels.push(Level { name: "the law's own".into(), error });
@@ -88,13 +96,19 @@ pub fn floors(case: &Case, target: &Target, laws: &[&'static Law], smallest: f64
         found.levels.insert(law.name.to_owned(), levels);
     }
     if let Target::Poses(_) = target {
-        horizons(case, laws, smallest, &mut found);
+        horizons(case, laws, smallest, &told, &mut found);
     }
     found
 }
 
 /// How errors grow under each law, and what that makes of rounding.
-fn horizons(case: &Case, laws: &[&'static Law], smallest: f64, found: &mut Floors) {
+fn horizons(
+    case: &Case,
+    laws: &[&'static Law],
+    smallest: f64,
+    told: &dyn Fn(&Law) -> &'static str,
+    found: &mut Floors,
+) {
     for &law in laws {
         let timestep = fit(case.seconds, smallest.max(case.seconds / MOST_STEPS)).0;
         let method =
@@ -106,7 +120,7 @@ fn horizons(case: &Case, laws: &[&'static Law], smallest: f64, found: &mut Floor
             growth.horizon(1e-6).map_or_else(String::new, |t| format!("; 1e-6 m can be had for {}", si(t, "s")));
         found.notes.push(format!(
             "{}: errors double in {} where they grow fastest{until}; rounding alone makes {}",
-            law.name,
+            told(law),
             si(doubling, "s"),
             si(floor, "m")
         ));
