@@ -75,7 +75,8 @@ fn looking_does_not_disturb_the_steps_and_rejected_steps_leave_nothing() {
     }
 }
 
-/// In nineteen cases of twenty, and never ten times beyond: estimates are no bounds.
+/// Estimates are no bounds, but never ten times wrong. The two that miss are a box that lands and slides under `penalty`
+/// (docs/accuracy.md).
 #[test]
 fn what_is_wanted_is_had() {
     let (mut all, mut beyond) = (0, Vec::new());
@@ -95,7 +96,8 @@ fn what_is_wanted_is_had() {
             }
         }
     }
-    assert!(20 * beyond.len() <= all, "{beyond:?} of {all}");
+    let known = |miss: &String| miss.starts_with("box, penalty");
+    assert!(beyond.len() <= 2 && beyond.iter().all(known), "{beyond:?} of {all}");
 }
 
 /// A look between two steps is as good as a step that ends there: a top, whose rotations do not commute, and a spring.

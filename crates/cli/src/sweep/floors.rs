@@ -87,7 +87,7 @@ pub fn floors(
                     let most = error.max(change);
                     found.notes.push(format!(
                         "{}: its own error, at step 0, is below {} {quantity}",
-                        law.name,
+                        told(law),
                         number(most)
                     ));
                 }
