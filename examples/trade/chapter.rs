@@ -444,10 +444,11 @@ const RULES: &str = "\
   some dozen steps, which is microseconds.
 - Smooth motion, a millimetre or less: order pays. Fixed steps of `rk4` or `cash-karp` of 8 to 16 ms and controlled steps of
   `cash-karp` take about as many evaluations.
-- Something lands or bounces, a tenth of a millimetre or less: controlled steps of `cash-karp`. Fixed steps of any order miss
-  the moment of touch, and at a micrometre cost more than search and run together, or cannot be had.
-- The law is no matter of cost. What another law would change (`penny compare`, and the floors that `penny sweep` draws) is
-  the least error that is worth paying for.
+- A tenth of a millimetre where something lands once: still fixed steps. Where it bounces again and again, and at a micrometre
+  wherever things touch: controlled steps of `cash-karp`. Fixed steps of any order miss the moment of touch, and at a
+  micrometre none was found that costs less than search and run together.
+- What another law would change (`penny compare`, and the floors that `penny sweep` draws) is the least error that is worth
+  paying for.
 ";
 
 /// Evaluations of the forces per simulated second, counted.
