@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::defaults::{MAIN, ORIENTATIONS};
-use super::document::{Attribute, Document, NodeId, Span};
+use super::document::{Attribute, Document, Node, NodeId, Span};
 use super::error::{Advice, Problem, ProblemKind};
 use super::files;
 use super::limits::Limits;
@@ -58,7 +58,8 @@ pub fn is_defined(names: &Names, what: &str, name: &str) -> bool {
 /// Takes attributes out that are empty where a number or a name should be: MuJoCo reads them as not given. A reference that a
 /// class may give stays: empty, it takes back what the class gives.
 pub fn forget_empty(document: &mut Document) {
-    let Some(root) = document.root().filter(|_| document.blank) else { return };
+    let blank = |node: &Node| node.attributes.iter().any(|a| a.value.trim().is_empty());
+    let Some(root) = document.root().filter(|_| document.nodes.iter().any(blank)) else { return };
     let mut open = vec![(root, Some(schema::root()))];
     while let Some((id, row)) = open.pop() {
         let node = &mut document.nodes[id.0 as usize];

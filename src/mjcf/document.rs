@@ -36,8 +36,6 @@ pub struct Document {
     pub(super) nodes: Vec<Node>,
     /// Tags of includes, and the files that stand in their places (end tags: none).
     pub(super) includes: Vec<(Span, Option<u32>)>,
-    /// Whether an attribute is empty, or blank.
-    pub(super) blank: bool,
     /// Of each included file, what its outermost element holds.
     pub(super) contents: Vec<Span>,
 }

@@ -409,7 +409,6 @@ impl Parser<'_> {
                         len => Span::new(file.number, raw_at, raw_at + len),
                     };
                     let value = self.value(raw, value_span);
-                    self.document.blank |= value.trim().is_empty();
                     out.push(Attribute {
                         name: schema::name_of(key),
                         name_span: Span::new(file.number, key_at, key_at + key.len()),
@@ -427,7 +426,8 @@ impl Parser<'_> {
             }
         }
         // No more room than they need.
-        let attributes = out.drain(..).collect();
+        let mut attributes = Vec::with_capacity(out.len());
+        attributes.append(&mut out);
         self.attributes = out;
         attributes
     }
