@@ -1,7 +1,7 @@
 //! The forces of a contact law add up: M (qacc − qacc_smooth) = qfrc_constraint = Σ Jᵀ f. And scenes that go wrong
 //! where they do not.
 
-use penny::contact::{self, Law, mujoco, penalty};
+use penny::contact::{self, Law};
 use penny::data::{Contact, Data};
 use penny::dynamics::{jacobian, xipos};
 use penny::forward::{Method, forward};
