@@ -266,6 +266,26 @@ const OF_RUNS: &[OfRuns] = &[
         "`inf` in CSV",
     ),
     (
+        "were refused: no method has",
+        &[
+            "rollout",
+            "--out",
+            "%/worlds.csv",
+            "--worlds",
+            "1",
+            "--vary",
+            "qvel[0]=0..1",
+            "--time",
+            ".1",
+            "--accuracy",
+            "@",
+        ],
+        FALL,
+        "1e-18",
+        "1e-3",
+        "no method has 1.00e-18 m",
+    ),
+    (
         "diverged: the column `failed`",
         &[
             "rollout",
