@@ -73,7 +73,7 @@ impl MjModel {
         let document = &scene.document;
         let attributes = |n: &mjcf::NodeId| {
             let list = document.node(*n).attributes.iter();
-            list.map(|a| (a.name.clone(), a.value.clone())).collect::<Vec<_>>()
+            list.map(|a| (a.name.to_string(), a.value.clone())).collect::<Vec<_>>()
         };
         let mut global = Vec::new();
         let root = document.root().map(|root| document.node(root).children.clone()).unwrap_or_default();
