@@ -426,6 +426,8 @@ class MjOption:
     iterations: int
     law: str
     magnetic: NDArray[np.float64]
+    noslip_iterations: int
+    noslip_tolerance: float
     solver: int
     timestep: float
     tolerance: float

@@ -369,7 +369,7 @@ fn an_interruption_leaves_the_old_file_or_a_whole_new_one() {
         let out = folder.join(format!("sweep{signal}"));
         let to = out.display().to_string();
         let sweep = |steps: &str, more: &[&str]| {
-            let args = ["sweep", "scene.xml", "--laws", "penalty", "--time", "0.3", "--timesteps", steps, "--out", &to];
+            let args = ["sweep", "scene.xml", "--laws", "penalty", "--time", "3", "--timesteps", steps, "--out", &to];
             started(&folder, &[&args[..], more].concat())
         };
         let mut child = sweep("1e-3,1e-7", &[]);
