@@ -281,9 +281,12 @@ fn a_byte_0_is_an_error_at_its_place() {
 }
 
 /// Starts `penny` in a folder, to be interrupted; its warnings go to a file beside the folder.
+///
+/// A shell's job in the background ignores Ctrl-C, and what it starts does: `env` undoes that.
 fn started(folder: &Path, args: &[&str]) -> std::process::Child {
     let quiet = std::process::Stdio::null;
-    let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT", env!("CARGO_BIN_EXE_penny")]);
     let told = std::fs::File::create(folder.with_extension("told")).expect("a file");
     command.args(args).current_dir(folder).stdout(quiet()).stderr(told).spawn().expect("penny starts")
 }
@@ -369,7 +372,7 @@ fn an_interruption_leaves_the_old_file_or_a_whole_new_one() {
         let out = folder.join(format!("sweep{signal}"));
         let to = out.display().to_string();
         let sweep = |steps: &str, more: &[&str]| {
-            let args = ["sweep", "scene.xml", "--laws", "penalty", "--time", "3", "--timesteps", steps, "--out", &to];
+            let args = ["sweep", "scene.xml", "--laws", "penalty", "--time", "0.3", "--timesteps", steps, "--out", &to];
             started(&folder, &[&args[..], more].concat())
         };
         let mut child = sweep("1e-3,1e-7", &[]);
