@@ -198,8 +198,15 @@ impl Island {
             let Unit { at, n, body, free, .. } = self.units[unit];
             if free {
                 let part = self.rows.room(unit, at, n, dim);
-                let (mover, point) = (&data.movers[body], &points[side]);
-                sized!(dim, dim => self.add_free_rows(contact, mover, sign, point, &part, dim, &mut velocity, &mut smooth), 1 3 4 6);
+                let rows = self.rows.of_mut(&part, dim).as_chunks_mut::<SIX>().0;
+                free_rows(contact, &data.movers[body], sign, &points[side], rows);
+                let six = |v: &[f64]| v[at..].first_chunk::<SIX>().copied().unwrap_or_default();
+                let [v, a, scale] = [six(&self.velocity), six(&self.smooth), six(&self.scale)];
+                for ((row, velocity), smooth) in rows.iter_mut().zip(&mut velocity).zip(&mut smooth) {
+                    *velocity += dot_six(row, &v);
+                    *smooth += dot_six(row, &a);
+                    (0..SIX).for_each(|i| row[i] *= scale[i]);
+                }
                 parts.push(part);
                 continue;
             }
@@ -294,38 +301,6 @@ impl Island {
             }
         }
         self.push(Source::Tie(index), parts, tie.dim, velocity, smooth);
-    }
-
-    /// Writes the rows of a contact on a free body, in the coordinates of its mover, and adds J v and J a₀.
-    ///
-    ///     J₀..₂ = ± [n, Aᵀ(r × n)],   J₃..₅ = ± [0, Aᵀn]      with n the rows of the frame, r from the COM, A the axes
-    ///
-    /// In: `sign` −1 for the body of geom 0, +1 for that of geom 1.
-    #[inline(always)]
-    fn add_free_rows(
-        &mut self,
-        contact: &Contact,
-        mover: &Mover,
-        sign: f64,
-        point: &Vec3,
-        part: &Part,
-        dim: usize,
-        velocity: &mut [f64; 6],
-        smooth: &mut [f64; 6],
-    ) {
-        let six = |v: &[f64]| v[part.at..].first_chunk::<SIX>().copied().unwrap_or_default();
-        let [v, a, scale] = [six(&self.velocity), six(&self.smooth), six(&self.scale)];
-        let (lever, frame) = (point - mover.com, contact.frame * sign);
-        let rows = self.rows.of_mut(part, dim).as_chunks_mut::<SIX>().0;
-        for k in 0..dim {
-            let n = frame.row(k % 3).transpose();
-            let (along, turn) = if k < 3 { (n, lever.cross(&n)) } else { (Vec3::zeros(), n) };
-            let turn = mover.axes.tr_mul(&turn);
-            let row = [along.x, along.y, along.z, turn.x, turn.y, turn.z];
-            velocity[k] += dot_six(&row, &v);
-            smooth[k] += dot_six(&row, &a);
-            rows[k] = std::array::from_fn(|i| row[i] * scale[i]);
-        }
     }
 
     /// Writes the rows of a contact on a tree that is not a free body, for one side or for both, and adds J v and J a₀: D
@@ -770,4 +745,24 @@ fn add_forces<'a>(
 #[inline]
 fn multiply(rows: &Rows, chains: &Chains, chained: bool, v: &[f64], take: impl FnMut(usize, [f64; 6])) {
     if chained { chains.multiply(v, take) } else { rows.multiply(v, take) }
+}
+
+/// Rows of J of a contact for one side that is a free body, in the coordinates of its mover.
+///
+///     J₀..₂ = ± [n, Aᵀ(r × n)],   J₃..₅ = ± [0, Aᵀn]      with n the rows of the frame, r from the COM, A the axes
+///
+/// In: `sign` −1 for the body of geom 0, +1 for that of geom 1.
+#[inline]
+fn free_rows(contact: &Contact, mover: &Mover, sign: f64, point: &Vec3, jac: &mut [Row]) {
+    let lever = point - mover.com;
+    let dim = jac.len();
+    for (k, row) in jac.iter_mut().enumerate().take(3) {
+        let n = contact.frame.row(k).transpose() * sign;
+        let turn = mover.axes.tr_mul(&lever.cross(&n));
+        *row = [n.x, n.y, n.z, turn.x, turn.y, turn.z];
+    }
+    for k in 3..dim {
+        let turn = mover.axes.tr_mul(&contact.frame.row(k - 3).transpose()) * sign;
+        jac[k] = [0.0, 0.0, 0.0, turn.x, turn.y, turn.z];
+    }
 }

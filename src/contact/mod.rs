@@ -387,7 +387,14 @@ mod tests {
                 let (mut own, mut dense) = (Data::new(model), Data::new(model));
                 forward::forward(model, &method, &state, &mut own);
                 forward::forward(model, &method, &state, &mut dense);
-                dense.qacc.copy_from_slice(&dense.qacc_smooth);
+                for data in [&mut own, &mut dense] {
+                    data.qacc.copy_from_slice(&data.qacc_smooth);
+                }
+                constrain_with(model, &method.settings(), &state, &mut own, |task, islands, group| {
+                    let by_chains = chained(task, islands, group);
+                    assert!(by_chains, "{}", law.name);
+                    by_chains
+                });
                 constrain_with(model, &method.settings(), &state, &mut dense, |_, _, _| false);
                 asked[0] += usize::from(!own.contacts.is_empty());
                 asked[1] += usize::from(own.joint_rows.len() > 1);

@@ -34,8 +34,7 @@ use super::island::Island;
 use super::per_mix::PerMix;
 use super::pointwise::{self, Point};
 use super::{Law, Lever, Task, impedance};
-use crate::data::{Contact, Outcome, Scratchpad};
-use crate::math::Vec6;
+use crate::data::{Outcome, Scratchpad};
 use crate::model::{Mix, Model};
 use crate::state::Start;
 
@@ -49,7 +48,11 @@ pub static LAW: Law = Law {
     lever: Lever::Surface,
     solve,
     pose: None,
-    shortcut: Some(shortcut),
+    shortcut: Some(|task, own, tree, which, contacts| {
+        let formulas = own.get::<PerMix<Formula>>().of(task, Formula::new);
+        let force = |point: &Point| formulas[point.contact.mix as usize].force(point);
+        Some((pointwise::solve_alone(task, tree, which, contacts, force), 0.0))
+    }),
     friction,
     describe,
     unlike: Some(Unlike {
@@ -176,18 +179,6 @@ impl Formula {
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     let formulas = own.get::<PerMix<Formula>>().of(task, Formula::new);
     pointwise::solve(task, island, |point| formulas[point.contact.mix as usize].force(point))
-}
-
-fn shortcut(
-    task: &Task,
-    own: &mut Scratchpad,
-    tree: usize,
-    which: &[usize],
-    contacts: &mut [Contact],
-) -> Option<(Vec6, f64)> {
-    let formulas = own.get::<PerMix<Formula>>().of(task, Formula::new);
-    let force = |point: &Point| formulas[point.contact.mix as usize].force(point);
-    Some((pointwise::solve_alone(task, tree, which, contacts, force), 0.0))
 }
 
 /// Torque of size `limit` against an angular velocity, less where that is nearly zero: −min(limit, steep |ω|) ω/|ω|.

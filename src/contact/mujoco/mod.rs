@@ -22,8 +22,7 @@ use super::island::{Island, Source};
 use super::newton::{self, Constraint, Stop};
 use super::per_mix::PerMix;
 use super::{Law, Lever, Task};
-use crate::data::{Contact, JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
-use crate::math::Vec6;
+use crate::data::{JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
 use crate::model::Model;
 use crate::state::Start;
 use coefficients::Coefficients;
@@ -38,7 +37,12 @@ pub static LAW: Law = Law {
     lever: Lever::Midpoint,
     solve,
     pose: Some(pose),
-    shortcut: Some(shortcut),
+    shortcut: Some(|task, own, tree, which, contacts| {
+        if task.model.opt.noslip_iterations > 0 {
+            return None;
+        }
+        steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
+    }),
     friction: |_, mix| mix.friction,
     describe,
     unlike: None,
@@ -58,19 +62,6 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
         noslip::sweep(task, island);
     }
     outcome
-}
-
-fn shortcut(
-    task: &Task,
-    own: &mut Scratchpad,
-    tree: usize,
-    which: &[usize],
-    contacts: &mut [Contact],
-) -> Option<(Vec6, f64)> {
-    if task.model.opt.noslip_iterations > 0 {
-        return None;
-    }
-    steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
 }
 
 /// Turns the island's constraints into terms of the convex problem.

@@ -70,8 +70,7 @@ use super::mujoco::coefficients::inverse_mass;
 use super::newton::Constraint;
 use super::per_mix::PerMix;
 use super::{Law, Lever, Task};
-use crate::data::{Contact, JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
-use crate::math::Vec6;
+use crate::data::{JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
 use crate::model::{Cone, Mix};
 use crate::state::Start;
 use residual::{relax, residual};
@@ -86,7 +85,9 @@ pub static LAW: Law = Law {
     lever: Lever::Surface,
     solve,
     pose: Some(pose),
-    shortcut: Some(shortcut),
+    shortcut: Some(|task, own, tree, which, contacts| {
+        steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
+    }),
     friction: |_, mix| mix.friction,
     describe: |ask| Description {
         // But for ε, its friction stops the slip at the end of the step.
@@ -146,16 +147,6 @@ impl Coefficients {
             stiffening: if pyramid { mu2 / opt.impratio * (1.0 + mu2) / (mix.condim - 1) as f64 } else { 1.0 },
         }
     }
-}
-
-fn shortcut(
-    task: &Task,
-    own: &mut Scratchpad,
-    tree: usize,
-    which: &[usize],
-    contacts: &mut [Contact],
-) -> Option<(Vec6, f64)> {
-    steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
 }
 
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
