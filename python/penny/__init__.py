@@ -74,5 +74,10 @@ __all__ = [
     *_dynamics.__all__,
     *_math.__all__,
     *_render.__all__,
-    *(n for module in (_enums, _penny) for n in dir(module) if n.startswith(("mj", "Mj", "check", "explain", "save_"))),
+    *(
+        n
+        for module in (_enums, _penny)
+        for n in dir(module)
+        if n.startswith(("mj", "Mj", "check", "explain", "save_", "set_mj", "get_mj"))
+    ),
 ]

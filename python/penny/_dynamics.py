@@ -6,11 +6,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._enums import mjtState
-from ._penny import MjData, MjModel, mj_differentiatePos, mj_fullM, mj_integratePos, mj_step
+from ._enums import mjtObj, mjtState
+from ._penny import MjData, MjModel, mj_differentiatePos, mj_forward, mj_fullM, mj_integratePos, mj_step
 from ._state import mj_getState, mj_setState, mj_stateSize
 
-__all__ = ["mj_rne", "mj_solveM", "mjd_transitionFD"]
+# Parts of MuJoCo's `mj_forward`. Each does all of it: what MuJoCo would leave as it was is that of the state, too.
+_PARTS = (
+    "mj_camlight", "mj_collision", "mj_comVel", "mj_fwdAcceleration", "mj_fwdActuation", "mj_fwdConstraint",
+    "mj_fwdPosition", "mj_fwdVelocity", "mj_passive",
+)  # fmt: skip
+globals().update(dict.fromkeys(_PARTS, mj_forward))
+
+__all__ = ["mj_objectAcceleration", "mj_rne", "mj_solveM", "mjd_transitionFD", *_PARTS]
 
 
 def _inertia(m: MjModel, d: MjData) -> np.ndarray:
@@ -35,6 +42,33 @@ def mj_rne(m: MjModel, d: MjData, flg_acc: int, result: np.ndarray) -> None:
     if flg_acc:
         force += _inertia(m, d) @ d.qacc
     result[...] = force.reshape(np.shape(result))
+
+
+def mj_objectAcceleration(m: MjModel, d: MjData, objtype: int, objid: int, res: np.ndarray, flg_local: int) -> None:
+    """Angular and linear acceleration of a thing, in its own axes or the world's; −g for what rests, as in `cacc`.
+
+    a = a_ref + α × r + ω × v        r from the reference point of `cacc`, v and ω of the thing
+    """
+    if np.size(res) != 6:
+        raise TypeError(f"res should have 6 numbers, not {np.size(res)}")
+    kinds = {
+        mjtObj.mjOBJ_BODY: (None, d.xipos, d.ximat),
+        mjtObj.mjOBJ_XBODY: (None, d.xpos, d.xmat),
+        mjtObj.mjOBJ_GEOM: (m.geom_bodyid, d.geom_xpos, d.geom_xmat),
+        mjtObj.mjOBJ_SITE: (m.site_bodyid, d.site_xpos, d.site_xmat),
+        mjtObj.mjOBJ_CAMERA: (m.cam_bodyid, d.cam_xpos, d.cam_xmat),
+    }
+    if objtype not in kinds:
+        raise NotImplementedError(f"mj_objectAcceleration: Penny has no places of mjtObj {int(objtype)}")
+    bodies, places, axes = kinds[objtype]
+    if not 0 <= objid < len(places):
+        raise IndexError(f"object {objid}: there are {len(places)}")
+    body = objid if bodies is None else int(bodies[objid])
+    r = places[objid] - d.subtree_com[m.body_rootid[body]]
+    (spin, speed), (turn, pull) = d.cvel[body].reshape(2, 3), d.cacc[body].reshape(2, 3)
+    linear = pull + np.cross(turn, r) + np.cross(spin, speed + np.cross(spin, r))
+    frame = axes[objid].reshape(3, 3) if flg_local else np.eye(3)
+    res[...] = np.concatenate([turn @ frame, linear @ frame]).reshape(np.shape(res))
 
 
 def mjd_transitionFD(m: MjModel, d: MjData, eps: float, flg_centered: int, A=None, B=None, C=None, D=None) -> None:

@@ -38,6 +38,12 @@ class MjData:
     contact: MjContactList
     ctrl: NDArray[np.float64]
     cvel: NDArray[np.float64]
+    efc_D: NDArray[np.float64]
+    efc_J: NDArray[np.float64]
+    efc_R: NDArray[np.float64]
+    efc_aref: NDArray[np.float64]
+    efc_force: NDArray[np.float64]
+    efc_vel: NDArray[np.float64]
     energy: NDArray[np.float64]
     eq_active: NDArray[np.bool_]
     geom_xmat: NDArray[np.float64]
@@ -59,6 +65,7 @@ class MjData:
     qfrc_bias: NDArray[np.float64]
     qfrc_constraint: NDArray[np.float64]
     qfrc_gravcomp: NDArray[np.float64]
+    qfrc_inverse: NDArray[np.float64]
     qfrc_passive: NDArray[np.float64]
     qfrc_smooth: NDArray[np.float64]
     qpos: NDArray[np.float64]
@@ -460,6 +467,9 @@ def explain(m: MjModel) -> list[dict[str, Any]]:
 
     `None` where the law has no such number."""
 
+def get_mjcb_control() -> None:
+    """That function, or `None`."""
+
 def mj_applyFT(m: MjModel, d: MjData, force: ArrayLike, torque: ArrayLike, point: ArrayLike, body: int, qfrc_target: NDArray[np.float64]) -> None:
     """Adds to `qfrc_target` (nv) what a force (N) and a torque (N m) at a point of a body exert along the dofs."""
 
@@ -495,6 +505,13 @@ def mj_id2name(m: MjModel, type: int, id: int) -> str | None:
 
 def mj_integratePos(m: MjModel, qpos: NDArray[np.float64], qvel: ArrayLike, dt: float) -> None:
     """Moves `qpos` (nq) along the velocity `qvel` (nv) for a time `dt`, s."""
+
+def mj_inverse(m: MjModel, d: MjData) -> None:
+    """Inverse dynamics: the forces that accelerations `d.qacc` need at the state, into `d.qfrc_inverse`.
+
+        qfrc_inverse = M qacc + qfrc_bias − qfrc_passive − Jᵀ f,    f each constraint's own formula at qacc
+
+    Forces of contacts, `qfrc_constraint` and sensors are those at `qacc`, too."""
 
 def mj_jac(m: MjModel, d: MjData, jacp: NDArray[np.float64] | None, jacr: NDArray[np.float64] | None, point: ArrayLike, body: int) -> None:
     """Jacobian of a point of the world that is attached to a body: `jacp` (linear) and `jacr` (angular), each (3, nv) or None."""
@@ -567,3 +584,6 @@ def mj_subtreeVel(m: MjModel, d: MjData) -> None:
 def save_video(path: str | PathLike[str], frames: list[NDArray[np.uint8]], fps: float | None = None) -> None:
     """Writes pictures, each (height, width, 3) and uint8, as a video: .gif, .apng, .png (the last one), and with ffmpeg .mp4
     and .webm."""
+
+def set_mjcb_control(callback: Any) -> None:
+    """Calls `callback(m, d)` in every step, `mj_forward` and `mj_step1` of every model; `None`: no more."""

@@ -10,8 +10,8 @@ import warnings
 
 import numpy as np
 
-from ._enums import mjtCamera, mjtFontScale, mjtObj, mjtRndFlag, mjtVisFlag
-from ._penny import MjData, MjModel, _framing, _paint, mj_name2id
+from ._enums import mjtCamera, mjtDepthMap, mjtFontScale, mjtObj, mjtRndFlag, mjtVisFlag
+from ._penny import MjData, MjModel, _depth, _framing, _paint, mj_name2id
 
 __all__ = [
     "MjrContext",
@@ -113,10 +113,11 @@ class MjrContext:
         self.offWidth = model.vis.global_.offwidth if model else 640
         self.offHeight = model.vis.global_.offheight if model else 480
         self.currentBuffer = 1
-        self._picture = None
+        self.readDepthMap = mjtDepthMap.mjDEPTH_ZERONEAR
+        self._picture = self._shown = None
 
     def free(self):
-        self._picture = None
+        self._picture = self._shown = None
 
 
 def mjv_defaultCamera(cam: MjvCamera) -> None:
@@ -159,6 +160,8 @@ def mjv_updateScene(m, d, opt, pert, cam, catmask, scn) -> None:
 def _place(m: MjModel, d: MjData, cam: MjvCamera):
     """Where a camera is, as the painter wants it."""
     kind = int(cam.type)
+    if cam.orthographic:
+        raise NotImplementedError("Penny has no orthographic camera")
     if kind == mjtCamera.mjCAMERA_FIXED:
         if not 0 <= cam.fixedcamid < m.ncam:
             raise ValueError(f"camera id {cam.fixedcamid} is out of range [0, {m.ncam})")
@@ -185,6 +188,24 @@ def _picture(m, d, width, height, cam, opt):
     return _paint(d, width, height, _place(m, d, cam), [bool(g) for g in opt.geomgroup], contacts)
 
 
+def _range(m):
+    """The nearest and the farthest depth that is seen, m."""
+    return m.vis.map.znear * m.stat.extent, m.vis.map.zfar * m.stat.extent
+
+
+def _depths(m, d, width, height, cam, opt):
+    """What the middle of each pixel sees, rows from the top: depth, m; geom, −1 where there is none."""
+    return _depth(d, width, height, _place(m, d, cam), [bool(g) for g in opt.geomgroup], *_range(m))
+
+
+def _segments(m, *shown):
+    """Which geom the middle of each pixel sees, −1 where there is none."""
+    depth, ids = _depths(m, *shown)
+    if ((ids < 0) & (depth < np.float32(_range(m)[1]))).any():
+        raise NotImplementedError("Penny has no ids of meshes, which are seen here")
+    return ids
+
+
 def mjr_setBuffer(framebuffer, con) -> None:
     """There is one buffer only, off the screen."""
     con.currentBuffer = int(framebuffer)
@@ -201,22 +222,27 @@ def mjr_render(viewport: MjrRect, scn: MjvScene, con: MjrContext) -> None:
         raise ValueError("mjr_render before mjv_updateScene: there is nothing to draw")
     if scn.flags[mjtRndFlag.mjRND_SEGMENT]:
         raise NotImplementedError("Penny draws no segmentation")
-    con._picture = _picture(scn._model, scn._data, viewport.width, viewport.height, scn._camera, scn._option)
+    con._shown = scn._model, scn._data, viewport.width, viewport.height, scn._camera, scn._option
+    con._picture = _picture(*con._shown)
 
 
 def mjr_readPixels(rgb, depth, viewport: MjrRect, con: MjrContext) -> None:
-    """The picture that `mjr_render` drew, rows from the bottom as in OpenGL.
+    """The picture that `mjr_render` drew, and its depth, rows from the bottom as in OpenGL.
 
-    Penny draws no depth: beside a picture it is NaN everywhere, alone it is an error.
+        depth = far (z − near) / (z (far − near)):    0 where nearest, 1 at the farthest and where nothing is
+
+    With `con.readDepthMap` of `mjDEPTH_ZEROFAR` it is 1 minus that. Data are looked at again for it.
     """
-    if depth is not None:
-        if rgb is None:
-            raise NotImplementedError("Penny draws no depth")
-        depth.fill(np.nan)
     if con._picture is None:
         raise ValueError("mjr_readPixels before mjr_render: there is no picture")
     if rgb is not None:
         np.copyto(rgb.reshape(con._picture.shape), con._picture[::-1])
+    if depth is not None:
+        z, _ = _depths(*con._shown)
+        near, far = _range(con._shown[0])
+        reversed_z = near * (far / z.astype(float)[::-1] - 1) / (far - near)
+        zero_far = con.readDepthMap == mjtDepthMap.mjDEPTH_ZEROFAR
+        np.copyto(depth.reshape(z.shape), reversed_z if zero_far else 1 - reversed_z, casting="unsafe")
 
 
 def mjr_overlay(font, gridpos, viewport, overlay, overlay2, con) -> None:
@@ -229,6 +255,10 @@ class Renderer:
     with Renderer(m, 480, 640) as renderer:
         renderer.update_scene(d, camera="side")
         pixels = renderer.render()
+
+    After `enable_depth_rendering` they are depths along the line of sight, (height, width), float32, m; after
+    `enable_segmentation_rendering` id and `mjtObj` of what is seen, (height, width, 2), int32, −1 where nothing is.
+    Both show geoms, at the middle of each pixel.
     """
 
     def __init__(self, model: MjModel, height: int = 240, width: int = 320, max_geom: int = 10000,
@@ -246,6 +276,7 @@ class Renderer:
         self._model, self._height, self._width = model, height, width
         self._scene = MjvScene(model, max_geom)
         self._closed = False
+        self._kind = "picture"
 
     @property
     def model(self) -> MjModel:
@@ -264,16 +295,20 @@ class Renderer:
         return self._width
 
     def enable_depth_rendering(self):
-        raise NotImplementedError("Penny draws no depth")
+        """Depths from now on."""
+        self._kind = "depth"
 
     def enable_segmentation_rendering(self):
-        raise NotImplementedError("Penny draws no segmentation")
+        """Ids of geoms from now on."""
+        self._kind = "segments"
 
     def disable_depth_rendering(self):
-        """There is none."""
+        """Pictures again, if it was depths."""
+        self._kind = "picture" if self._kind == "depth" else self._kind
 
     def disable_segmentation_rendering(self):
-        """There is none."""
+        """Pictures again, if it was ids."""
+        self._kind = "picture" if self._kind == "segments" else self._kind
 
     def update_scene(self, data: MjData, camera=-1, scene_option: MjvOption | None = None) -> None:
         """What the next picture shows.
@@ -300,18 +335,28 @@ class Renderer:
         """The picture, into `out` if that is given."""
         if self._closed:
             raise RuntimeError("render cannot be called after close.")
-        scene, shape = self._scene, (self._height, self._width, 3)
+        scene, size = self._scene, (self._height, self._width)
+        shape = {"picture": (*size, 3), "depth": size, "segments": (*size, 2)}[self._kind]
         if out is not None and out.shape != shape:
             raise ValueError(f"Expected `out.shape == {shape}`. Got `out.shape={out.shape}` instead.")
-        if scene._data is None:
-            # As in MuJoCo: nothing to be seen before `update_scene`.
-            pixels = np.zeros(shape, dtype=np.uint8)
-        else:
-            pixels = _picture(self._model, scene._data, self._width, self._height, scene._camera, scene._option)
+        pixels = self._pixels(scene, shape)
         if out is None:
             return pixels
         np.copyto(out, pixels, casting="unsafe")
         return out
+
+    def _pixels(self, scene, shape):
+        shown = self._model, scene._data, self._width, self._height, scene._camera, scene._option
+        if self._kind == "picture":
+            # As in MuJoCo: nothing to be seen before `update_scene`.
+            return _picture(*shown) if scene._data is not None else np.zeros(shape, np.uint8)
+        if self._kind == "depth":
+            farthest = _range(self._model)[1]
+            return _depths(*shown)[0] if scene._data is not None else np.full(shape, farthest, np.float32)
+        if scene._data is None:
+            return np.full(shape, -1, np.int32)
+        ids = _segments(*shown)
+        return np.stack([ids, np.where(ids < 0, -1, np.int32(mjtObj.mjOBJ_GEOM))], axis=-1)
 
     def close(self) -> None:
         self._closed = True

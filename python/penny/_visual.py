@@ -18,6 +18,23 @@ class _Global:
         self.azimuth, self.elevation = float(given.get("azimuth", 90.0)), float(given.get("elevation", -45.0))
 
 
+class _Map:
+    """`<visual><map>`: between which depths pictures see, in `stat.extent`; what else is set only warns."""
+
+    def __init__(self, given):
+        for name, default in (("znear", 0.01), ("zfar", 50.0)):
+            # As in MuJoCo of single precision.
+            object.__setattr__(self, name, float(np.float32(given.get(name, default))))
+
+    def __setattr__(self, name, value):
+        if name not in ("znear", "zfar"):
+            warnings.warn(f"vis.map.{name} changes nothing in Penny's pictures", UserWarning, stacklevel=2)
+        object.__setattr__(self, name, value)
+
+    def __getattr__(self, name):
+        raise AttributeError(f"vis.map has no `{name}`: MuJoCo may have it, Penny has not")
+
+
 class _Unused:
     """A section of `<visual>` that Penny's pictures do not use: what is set is kept, with a warning."""
 
@@ -33,13 +50,13 @@ class _Unused:
 
 
 class MjVisual:
-    """MuJoCo's `MjVisual`: `global_` as far as Penny's pictures have it; other sections change nothing."""
+    """MuJoCo's `MjVisual`: `global_` and `map` as far as Penny's pictures have them; other sections change nothing."""
 
     __slots__ = ("global_", "headlight", "map", "quality", "rgba", "scale")
 
-    def __init__(self, given=()):
-        self.global_ = _Global(dict(given))
-        for name in ("headlight", "map", "quality", "rgba", "scale"):
+    def __init__(self, given=(), depths=()):
+        self.global_, self.map = _Global(dict(given)), _Map(dict(depths))
+        for name in ("headlight", "quality", "rgba", "scale"):
             setattr(self, name, _Unused(name))
 
 

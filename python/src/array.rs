@@ -57,13 +57,19 @@ impl<T: Element + Copy + PartialEq> Array<T> {
     /// Copies its numbers out, as many as both have.
     pub fn read(&self, _: Python, out: &mut [T]) {
         // SAFETY: see the module. `out` is memory of Rust's, so the two do not overlap.
-        unsafe { ptr::copy_nonoverlapping(self.at, out.as_mut_ptr(), self.len.min(out.len())) }
+        unsafe { copy(self.at, out.as_mut_ptr(), self.len.min(out.len())) }
+    }
+
+    /// Whether its numbers are these, as many as both have.
+    pub fn same(&self, _: Python, numbers: &[T]) -> bool {
+        // SAFETY: see the module; one number at a time is copied.
+        numbers.iter().take(self.len).enumerate().all(|(i, x)| unsafe { ptr::read(self.at.add(i)) } == *x)
     }
 
     /// Copies numbers in, as many as both have.
     pub fn write(&self, _: Python, values: &[T]) {
         // SAFETY: see the module. `values` is memory of Rust's, so the two do not overlap.
-        unsafe { ptr::copy_nonoverlapping(values.as_ptr(), self.at, self.len.min(values.len())) }
+        unsafe { copy(values.as_ptr(), self.at, self.len.min(values.len())) }
     }
 
     /// All its numbers.
@@ -79,6 +85,20 @@ impl<T: Element + Copy + PartialEq> Array<T> {
     /// How many numbers it has.
     pub fn len(&self) -> usize {
         self.len
+    }
+}
+
+/// Copies n numbers. Most arrays of most models are empty, and have no call of `memcpy`.
+///
+/// SAFETY: `from` and `to` are n numbers each, and do not overlap.
+#[inline]
+unsafe fn copy<T: Copy>(from: *const T, to: *mut T, n: usize) {
+    match n {
+        0 => {}
+        // SAFETY: of the caller.
+        1 => unsafe { ptr::write(to, ptr::read(from)) },
+        // SAFETY: of the caller.
+        n => unsafe { ptr::copy_nonoverlapping(from, to, n) },
     }
 }
 

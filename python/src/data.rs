@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
+use penny::contact::tangent;
 use penny::data::{Data, JointRowKind, TieKind};
 use penny::forward::{self, Method, StepError};
 use penny::math::{Mat3, Vec3, Vec6};
 use penny::model::{JointKind, Model};
+use penny::quantities;
 use penny::sensors;
 use penny::state::State;
 use pyo3::exceptions::{PyAttributeError, PyIndexError};
@@ -15,7 +17,7 @@ use pyo3::types::PyDict;
 
 use crate::array::Array;
 use crate::contact::Contacts;
-use crate::data_fields::FIELDS;
+use crate::data_fields::{FIELDS, QACC};
 use crate::model::{MjModel, assign, lacking};
 use crate::values::{Type, Values};
 
@@ -29,20 +31,26 @@ pub struct Core {
     pub data: Data,
     /// For what would change `data`.
     pub scratch: Option<Data>,
+    /// Of the last [`Core::inverse`] (nv).
+    pub qfrc_inverse: Vec<f64>,
+    /// The accelerations were given to that, and are not those that the law finds.
+    pub inverted: bool,
 }
 
 impl Core {
     pub fn new(model: Arc<Model>, method: Method) -> Core {
         let state = State::new(&model);
         let data = Data::new(&model);
-        Core { at: state.clone(), state, data, model, method, scratch: None }
+        let qfrc_inverse = vec![0.0; model.nv];
+        Core { at: state.clone(), state, data, model, method, scratch: None, qfrc_inverse, inverted: false }
     }
 
     /// Takes n steps.
     ///
     /// Errors: at the first step that fails.
     pub fn step(&mut self, n: usize) -> Result<(), StepError> {
-        let Core { model, method, state, at, data, .. } = self;
+        let Core { model, method, state, at, data, inverted, .. } = self;
+        *inverted = false;
         for i in 0..n {
             if i + 1 == n {
                 at.time = state.time;
@@ -57,9 +65,26 @@ impl Core {
 
     /// Brings everything up to the state; nothing moves.
     pub fn forward(&mut self) {
-        let Core { model, method, state, at, data, .. } = self;
+        let Core { model, method, state, at, data, inverted, .. } = self;
+        *inverted = false;
         at.copy_from(state);
         forward::forward(model, method, state, data);
+        sensors::sense(model, method.contact, state, data);
+    }
+
+    /// What the joints must exert, beside passive forces and constraints, for the accelerations `qacc` (nv) at the state.
+    pub fn inverse(&mut self, qacc: &[f64]) {
+        self.forward();
+        self.inverted = true;
+        let Core { model, method, state, data, qfrc_inverse, .. } = self;
+        tangent::constrain_at(model, &method.settings(), state, qacc, data);
+        data.qacc.copy_from_slice(qacc);
+        let (mass, bias) = (quantities::inertia_matrix(model, data), quantities::bias(model, state, data));
+        for (i, force) in qfrc_inverse.iter_mut().enumerate() {
+            let row = &mass[i * model.nv..(i + 1) * model.nv];
+            let inertia: f64 = row.iter().zip(qacc).map(|(m, a)| m * a).sum();
+            *force = inertia + bias[i] - data.qfrc_passive[i] - data.qfrc_constraint[i];
+        }
         sensors::sense(model, method.contact, state, data);
     }
 
@@ -272,6 +297,14 @@ impl MjData {
         self.held = held;
     }
 
+    /// `qacc` with what was written into its array since the engine worked.
+    pub fn qacc_written(&self, py: Python) -> Vec<f64> {
+        match &self.arrays[QACC] {
+            Some((array, version)) if *version == self.version => array.read(py),
+            _ => self.core.data.qacc.clone(),
+        }
+    }
+
     fn update(&mut self, py: Python, i: usize) {
         let mut numbers = Vec::new();
         (FIELDS[i].get)(&mut self.core, &mut numbers);
@@ -460,6 +493,8 @@ impl MjData {
         copy.core.state.copy_from(&this.core.state);
         copy.core.at.copy_from(&this.core.at);
         copy.core.data = this.core.data.clone();
+        copy.core.qfrc_inverse.clone_from(&this.core.qfrc_inverse);
+        copy.core.inverted = this.core.inverted;
         // The copied model has a revision of its own, and its data must not be prepared anew: what they hold is wanted.
         copy.core.data.revision = copy.core.model.revision();
         copy.push_all(py);

@@ -139,6 +139,7 @@ pub const FIELDS: &[Field] = &[
     per("qfrc_gravcomp", Dof, 1, |c, out| out.extend(&c.data.qfrc_gravcomp)),
     per("qfrc_smooth", Dof, 1, |c, out| out.extend(quantities::smooth(&c.model, &c.data))),
     per("qfrc_constraint", Dof, 1, |c, out| out.extend(&c.data.qfrc_constraint)),
+    per("qfrc_inverse", Dof, 1, |c, out| out.extend(&c.qfrc_inverse)),
     per("actuator_force", Actuator, 1, |c, out| out.extend(&c.data.actuator_force)),
     per("actuator_length", Actuator, 1, |c, out| out.extend(quantities::actuators(&c.model, &c.at, &c.data).0)),
     per("actuator_velocity", Actuator, 1, |c, out| out.extend(quantities::actuators(&c.model, &c.at, &c.data).1)),
@@ -177,6 +178,9 @@ const fn position(name: &str) -> usize {
     panic!("no such field")
 }
 
+/// The accelerations, which `mj_inverse` reads.
+pub const QACC: usize = position("qacc");
+
 /// A property of `MjData` for each field: Python finds it without a failed look-up before.
 macro_rules! properties {
     ($($name:ident,)*) => {
@@ -198,7 +202,7 @@ properties! {
     xpos, xquat, xmat, xipos, ximat, xiquat, xanchor, xaxis, geom_xpos, geom_xmat, geom_xquat, site_xpos,
     site_xmat, site_xquat, cam_xpos, cam_xmat, subtree_com, cinert, cdof, cvel, cacc, cfrc_ext, cfrc_int, subtree_linvel,
     subtree_angmom, qacc, qacc_smooth, qfrc_bias, qfrc_passive, qfrc_actuator, qfrc_gravcomp, qfrc_smooth,
-    qfrc_constraint, actuator_force, actuator_length, actuator_velocity, ten_length, ten_velocity, act_dot, sensordata, energy,
+    qfrc_constraint, qfrc_inverse, actuator_force, actuator_length, actuator_velocity, ten_length, ten_velocity, act_dot, sensordata, energy,
 }
 
 // Every field has its property.

@@ -9,11 +9,11 @@ use penny::mjcf;
 use penny::model::Model;
 use pyo3::exceptions::{PyAttributeError, PyIndexError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::model_fields::{FIELDS, SIZES};
-use crate::option::MjOption;
-use crate::values::Values;
+use crate::option::{self, MjOption, Vectors, Watch};
+use crate::values::{Type, Values, fresh};
 
 /// A compiled scene, under MuJoCo's names. `MjModel.from_xml_path` and `MjModel.from_xml_string` make one.
 ///
@@ -25,6 +25,9 @@ pub struct MjModel {
     pub model: Arc<Model>,
     pub method: Method,
     pub opt: Py<MjOption>,
+    /// Of `opt`, and the vectors that the model has.
+    watch: Arc<Watch>,
+    vectors: Vectors,
     /// The file, its text, and what it says of pictures.
     pub source: Arc<Source>,
     /// By field: what was asked for.
@@ -42,8 +45,9 @@ pub struct Source {
     pub files: Vec<(String, String)>,
     /// Warnings, as text.
     pub warnings: String,
-    /// Attributes of `<visual><global>`.
+    /// Attributes of `<visual><global>` and `<visual><map>`.
     pub global: Vec<(String, String)>,
+    pub map: Vec<(String, String)>,
     /// Those of `<statistic>`.
     pub statistic: Vec<(String, String)>,
 }
@@ -75,19 +79,20 @@ impl MjModel {
             let list = document.node(*n).attributes.iter();
             list.map(|a| (a.name.to_string(), a.value.clone())).collect::<Vec<_>>()
         };
-        let mut global = Vec::new();
         let root = document.root().map(|root| document.node(root).children.clone()).unwrap_or_default();
-        for part in root.iter().filter(|n| document.node(**n).name == "visual") {
-            for child in document.node(*part).children.iter().filter(|n| document.node(**n).name == "global") {
-                global.extend(attributes(child));
-            }
-        }
+        let named = |n: &mjcf::NodeId, name: &str| document.node(*n).name == name;
+        let visual = |name: &'static str| {
+            let parts = root.iter().filter(|n| named(n, "visual")).flat_map(|n| &document.node(*n).children);
+            parts.filter(|n| named(n, name)).flat_map(attributes).collect::<Vec<_>>()
+        };
+        let (global, map) = (visual("global"), visual("map"));
         let statistic = root.iter().filter(|n| document.node(**n).name == "statistic").flat_map(attributes).collect();
         let source = Source {
             name: scene.model.name.clone(),
             files: document.files.iter().map(|f| (f.name.clone(), f.text.clone())).collect(),
             warnings: mjcf::render(document, &scene.warnings, false),
             global,
+            map,
             statistic,
         };
         MjModel::of(py, scene.model, Arc::new(source), None)
@@ -105,6 +110,8 @@ impl MjModel {
             None => MjOption::of(py, &model, method)?,
         };
         Ok(MjModel {
+            vectors: option::vectors(&model),
+            watch: opt.watch.clone(),
             model: Arc::new(model),
             method,
             opt: Py::new(py, opt)?,
@@ -120,12 +127,11 @@ impl MjModel {
     ///
     /// Errors: `ValueError` for what the scene cannot be; the array then has the old numbers again.
     pub fn sync(&mut self, py: Python) -> PyResult<()> {
-        let MjModel { opt, model, method, .. } = self;
-        let mut opt = opt.bind(py).borrow_mut();
-        if opt.changed(py) {
-            opt.apply(py, model, method)?;
+        if self.watch.changed(py, &self.vectors) {
+            let now = self.watch.now(py);
+            self.opt.bind(py).borrow().apply(py, &now, &mut self.model, &mut self.method)?;
+            self.vectors = now;
         }
-        drop(opt);
         if !self.watched.is_empty() {
             self.take_up(py)?;
         }
@@ -249,6 +255,26 @@ impl MjModel {
         }
     }
 
+    /// All names, each with a zero after it: the model's own first; and where those of a kind begin.
+    fn name_buffer(&self, kind: Option<&str>) -> (Vec<u8>, Option<Vec<f64>>) {
+        let mut buffer = [self.model.name.as_bytes(), &[0]].concat();
+        let mut places = None;
+        for list in ["body", "jnt", "geom", "site", "cam", "eq", "tendon", "actuator", "sensor", "key"] {
+            let names = self.names(list).unwrap_or_default();
+            let of = names.iter().map(|name| {
+                let at = buffer.len() as f64;
+                buffer.extend(name.as_bytes());
+                buffer.push(0);
+                at
+            });
+            let of: Vec<f64> = of.collect();
+            if kind == Some(list) {
+                places = Some(of);
+            }
+        }
+        (buffer, places)
+    }
+
     /// The number of a thing, given by it or by its name.
     ///
     /// Errors: `KeyError`, `IndexError`.
@@ -326,8 +352,8 @@ impl MjModel {
         if let Some(vis) = &slf.borrow().vis {
             return Ok(vis.clone_ref(py));
         }
-        let global = slf.borrow().source.global.clone();
-        let vis = py.import("penny._visual")?.getattr("MjVisual")?.call1((global,))?.unbind();
+        let (global, map) = (slf.borrow().source.global.clone(), slf.borrow().source.map.clone());
+        let vis = py.import("penny._visual")?.getattr("MjVisual")?.call1((global, map))?.unbind();
         slf.borrow_mut().vis = Some(vis.clone_ref(py));
         Ok(vis)
     }
@@ -347,6 +373,15 @@ impl MjModel {
     fn __getattr__(&mut self, py: Python, name: &str) -> PyResult<Py<PyAny>> {
         if let Some(i) = index_of(name) {
             return Ok(self.array(py, i)?.unbind());
+        }
+        if name == "names" {
+            return Ok(PyBytes::new(py, &self.name_buffer(None).0).into_any().unbind());
+        }
+        if let Some(kind) = name.strip_prefix("name_").and_then(|n| n.strip_suffix("adr")) {
+            let (_, places) = self.name_buffer(Some(kind));
+            if let Some(places) = places {
+                return Ok(fresh(py, Type::Int, &places, &[places.len()])?.unbind());
+            }
         }
         if let Some((_, size)) = SIZES.iter().find(|(size, _)| *size == name) {
             return Ok(size(&self.model).into_pyobject(py)?.into_any().unbind());

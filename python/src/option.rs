@@ -1,6 +1,7 @@
 //! `MjOption`: how a model is computed, MuJoCo's names and Penny's contact law.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use penny::forward::Method;
 use penny::math::vec3;
@@ -22,12 +23,52 @@ pub struct MjOption {
     /// The keyword of the scene's integrator, while it is that one.
     keyword: Option<String>,
     numbers: Numbers,
+    pub watch: Arc<Watch>,
+}
+
+/// What a model looks at before every step, without borrowing its options.
+pub struct Watch {
     gravity: Array<f64>,
     wind: Array<f64>,
     magnetic: Array<f64>,
-    /// What the model has.
-    vectors: [f64; 9],
-    dirty: bool,
+    /// Anything but these vectors was set.
+    dirty: AtomicBool,
+}
+
+/// Gravity, wind, magnetic.
+pub type Vectors = [f64; 9];
+
+impl Watch {
+    fn new(py: Python, vectors: &Vectors, dirty: bool) -> PyResult<Arc<Watch>> {
+        let array = |i: usize| Array::new(py, vectors[3 * i..3 * i + 3].to_vec(), &[3]);
+        let dirty = AtomicBool::new(dirty);
+        Ok(Arc::new(Watch { gravity: array(0)?, wind: array(1)?, magnetic: array(2)?, dirty }))
+    }
+
+    /// Whether anything differs from what a model has.
+    pub fn changed(&self, py: Python, has: &Vectors) -> bool {
+        let same = |i: usize, array: &Array<f64>| array.same(py, &has[3 * i..3 * i + 3]);
+        let Watch { gravity, wind, magnetic, dirty } = self;
+        dirty.load(Relaxed) || !(same(0, gravity) && same(1, wind) && same(2, magnetic))
+    }
+
+    pub fn now(&self, py: Python) -> Vectors {
+        let mut now = [0.0; 9];
+        for (i, array) in [&self.gravity, &self.wind, &self.magnetic].into_iter().enumerate() {
+            array.read(py, &mut now[3 * i..3 * i + 3]);
+        }
+        now
+    }
+}
+
+/// Those of a model.
+pub fn vectors(model: &Model) -> Vectors {
+    let opt = &model.opt;
+    let mut vectors = [0.0; 9];
+    for (to, from) in vectors.iter_mut().zip(opt.gravity.iter().chain(&opt.wind).chain(&opt.magnetic)) {
+        *to = *from;
+    }
+    vectors
 }
 
 #[derive(Clone)]
@@ -91,11 +132,6 @@ const NAMES: &[&str] = &[
 impl MjOption {
     pub fn of(py: Python, model: &Model, method: Method) -> PyResult<MjOption> {
         let opt = &model.opt;
-        let array = |v: &penny::math::Vec3| Array::new(py, v.as_slice().to_vec(), &[3]);
-        let mut vectors = [0.0; 9];
-        for (to, from) in vectors.iter_mut().zip(opt.gravity.iter().chain(&opt.wind).chain(&opt.magnetic)) {
-            *to = *from;
-        }
         Ok(MjOption {
             method,
             keyword: Some(opt.integrator.clone()),
@@ -110,62 +146,43 @@ impl MjOption {
                 cone: opt.cone,
                 flags: opt.flags.clone(),
             },
-            gravity: array(&opt.gravity)?,
-            wind: array(&opt.wind)?,
-            magnetic: array(&opt.magnetic)?,
-            vectors,
-            dirty: false,
+            watch: Watch::new(py, &vectors(model), false)?,
         })
     }
 
     pub fn copy(&self, py: Python) -> PyResult<MjOption> {
-        let array = |of: &Array<f64>| Array::new(py, of.values(py), &[3]);
+        let dirty = self.watch.dirty.load(Relaxed);
         Ok(MjOption {
             method: self.method,
             keyword: self.keyword.clone(),
             numbers: self.numbers.clone(),
-            gravity: array(&self.gravity)?,
-            wind: array(&self.wind)?,
-            magnetic: array(&self.magnetic)?,
-            vectors: self.vectors,
-            dirty: self.dirty,
+            watch: Watch::new(py, &self.watch.now(py), dirty)?,
         })
     }
 
-    fn now(&self, py: Python) -> [f64; 9] {
-        let mut now = [0.0; 9];
-        for (i, array) in [&self.gravity, &self.wind, &self.magnetic].into_iter().enumerate() {
-            array.read(py, &mut now[3 * i..3 * i + 3]);
-        }
-        now
-    }
-
-    /// Whether anything differs from what the model has.
-    pub fn changed(&self, py: Python) -> bool {
-        self.dirty || self.now(py) != self.vectors
-    }
-
-    /// Gives the model what was set.
+    /// Gives the model what was set: the vectors `now`, and all else.
     ///
     /// Errors: `ValueError` for what it cannot be; the vectors then have the old numbers again.
-    pub fn apply(&mut self, py: Python, model: &mut Arc<Model>, method: &mut Method) -> PyResult<()> {
-        let (now, numbers) = (self.now(py), self.numbers.clone());
+    pub fn apply(&self, py: Python, now: &Vectors, model: &mut Arc<Model>, method: &mut Method) -> PyResult<()> {
+        let (before, numbers) = (vectors(model), self.numbers.clone());
         let timestep = self.method.timestep;
         let result = Arc::make_mut(model).edit(|parts| {
             let opt = &mut parts.opt;
-            (opt.gravity, opt.wind, opt.magnetic) = (vec3(&now), vec3(&now[3..]), vec3(&now[6..]));
+            (opt.gravity, opt.wind, opt.magnetic) = (vec3(now), vec3(&now[3..]), vec3(&now[6..]));
             (opt.density, opt.viscosity, opt.impratio) = (numbers.density, numbers.viscosity, numbers.impratio);
             (opt.tolerance, opt.iterations, opt.cone) = (numbers.tolerance, numbers.iterations, numbers.cone);
             (opt.noslip_iterations, opt.noslip_tolerance) = (numbers.noslip_iterations, numbers.noslip_tolerance);
             (opt.flags, opt.timestep) = (numbers.flags, timestep);
         });
         if let Err(why) = result {
-            for (i, array) in [&self.gravity, &self.wind, &self.magnetic].into_iter().enumerate() {
-                array.write(py, &self.vectors[3 * i..3 * i + 3]);
+            let Watch { gravity, wind, magnetic, .. } = &*self.watch;
+            for (i, array) in [gravity, wind, magnetic].into_iter().enumerate() {
+                array.write(py, &before[3 * i..3 * i + 3]);
             }
             return Err(PyValueError::new_err(format!("opt: {why}")));
         }
-        (*method, self.vectors, self.dirty) = (self.method, now, false);
+        *method = self.method;
+        self.watch.dirty.store(false, Relaxed);
         Ok(())
     }
 
@@ -257,9 +274,9 @@ impl MjOption {
         let whole = |x: u64| Ok(x.into_pyobject(py)?.into_any().unbind());
         let n = &self.numbers;
         match name {
-            "gravity" => Ok(self.gravity.object(py).into_any().unbind()),
-            "wind" => Ok(self.wind.object(py).into_any().unbind()),
-            "magnetic" => Ok(self.magnetic.object(py).into_any().unbind()),
+            "gravity" => Ok(self.watch.gravity.object(py).into_any().unbind()),
+            "wind" => Ok(self.watch.wind.object(py).into_any().unbind()),
+            "magnetic" => Ok(self.watch.magnetic.object(py).into_any().unbind()),
             "density" => real(n.density),
             "viscosity" => real(n.viscosity),
             "impratio" => real(n.impratio),
@@ -286,11 +303,11 @@ impl MjOption {
     }
 
     fn __setattr__(&mut self, py: Python, name: &str, value: &Bound<PyAny>) -> PyResult<()> {
-        self.dirty = true;
+        self.watch.dirty.store(true, Relaxed);
         match name {
-            "gravity" => return assign(&self.gravity.object(py), value),
-            "wind" => return assign(&self.wind.object(py), value),
-            "magnetic" => return assign(&self.magnetic.object(py), value),
+            "gravity" => return assign(&self.watch.gravity.object(py), value),
+            "wind" => return assign(&self.watch.wind.object(py), value),
+            "magnetic" => return assign(&self.watch.magnetic.object(py), value),
             "timestep" => self.method.timestep = MjOption::above_zero(name, value)?,
             "density" => self.numbers.density = MjOption::not_negative(name, value)?,
             "viscosity" => self.numbers.viscosity = MjOption::not_negative(name, value)?,

@@ -1,16 +1,17 @@
 //! Pictures of a scene, drawn on the CPU by `penny-view`.
 
-use numpy::{PyArray3, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use penny::data::Data;
 use penny::math::Vec3;
-use penny::model::GeomKind;
+use penny::model::{GeomKind, Path};
 use penny::quantities;
 use penny_view::camera::Camera;
+use penny_view::depth;
 use penny_view::paint;
 use penny_view::scene::{self, Scale};
 use penny_view::session::Poses;
 use penny_view::video;
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::{PyIndexError, PyNotImplementedError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::data::{Core, MjData};
@@ -64,18 +65,15 @@ pub fn _paint<'py>(
     groups: Vec<bool>,
     contacts: bool,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-    if width == 0 || height == 0 || width.saturating_mul(height) > 1 << 26 {
-        return Err(PyValueError::new_err(format!("a picture of {width} × {height} pixels")));
-    }
+    check_size(width, height)?;
     let data = d.borrow();
     let core = &data.core;
     let camera = eye(core, &camera)?;
     let rgb = py.detach(|| {
         let mut list = scene::draw(&core.model, &poses(core), camera);
-        let seen = |group: i32| usize::try_from(group).ok().and_then(|g| groups.get(g)).copied().unwrap_or(true);
         let of = |planes: bool| core.model.geoms.iter().filter(move |g| (g.kind == GeomKind::Plane) == planes);
         let [mut floors, mut things] =
-            [true, false].map(|p| of(p).map(|g| seen(g.group)).collect::<Vec<_>>().into_iter());
+            [true, false].map(|p| of(p).map(|g| shown(&groups, g.group)).collect::<Vec<_>>().into_iter());
         list.floors.retain(|_| floors.next().unwrap_or(true));
         list.things.retain(|_| things.next().unwrap_or(true));
         if contacts {
@@ -84,7 +82,63 @@ pub fn _paint<'py>(
         let image = paint::paint(&list, width, height, 1);
         image.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect::<Vec<u8>>()
     });
-    numpy::PyArray1::from_vec(py, rgb).reshape([height, width, 3])
+    PyArray1::from_vec(py, rgb).reshape([height, width, 3])
+}
+
+/// Depths and ids of geoms.
+type Depths<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<i32>>);
+
+/// Depth (m, float32) of what the middle of each pixel sees, (height, width), rows from the top, and which geom that is
+/// (int32; −1: a mesh that is only seen, or nothing up to `far`, whose depth is `far`).
+///
+/// In: the groups of geoms to be seen; nearest and farthest depth, m.
+#[pyfunction]
+#[pyo3(signature = (d, width, height, camera, groups, near, far))]
+#[allow(clippy::too_many_arguments)]
+pub fn _depth<'py>(
+    py: Python<'py>,
+    d: &Bound<'py, MjData>,
+    width: usize,
+    height: usize,
+    camera: From,
+    groups: Vec<bool>,
+    near: f64,
+    far: f64,
+) -> PyResult<Depths<'py>> {
+    check_size(width, height)?;
+    if !(near > 0.0 && far > near) {
+        return Err(PyValueError::new_err(format!("depths from {near} m to {far} m")));
+    }
+    let data = d.borrow();
+    let core = &data.core;
+    if core.model.tendons.iter().any(|t| matches!(t.path, Path::Spatial(_))) {
+        return Err(PyNotImplementedError::new_err("Penny's pictures of depth and segments have no spatial tendons"));
+    }
+    let lacking = scene::unseen(&core.model);
+    if !lacking.is_empty() {
+        return Err(PyValueError::new_err(lacking.join("\n")));
+    }
+    let camera = eye(core, &camera)?;
+    let seen = py.detach(|| {
+        let shown = |i: usize| shown(&groups, core.model.geoms[i].group);
+        depth::depths(&core.model, &poses(core), &camera, [width, height], near..far, shown)
+    });
+    let depths = seen.iter().map(|s| s.depth as f32).collect();
+    let ids = seen.iter().map(|s| s.geom.map_or(-1, |i| i as i32)).collect();
+    let shape = [height, width];
+    Ok((PyArray1::from_vec(py, depths).reshape(shape)?, PyArray1::from_vec(py, ids).reshape(shape)?))
+}
+
+fn check_size(width: usize, height: usize) -> PyResult<()> {
+    if width == 0 || height == 0 || width.saturating_mul(height) > 1 << 26 {
+        return Err(PyValueError::new_err(format!("a picture of {width} × {height} pixels")));
+    }
+    Ok(())
+}
+
+/// Whether geoms of a group are to be seen; of no known group they are.
+fn shown(groups: &[bool], group: i32) -> bool {
+    usize::try_from(group).ok().and_then(|g| groups.get(g)).copied().unwrap_or(true)
 }
 
 /// A camera that shows all that moves: lookat (m), distance (m), azimuth, elevation, vertical field of view (degrees).

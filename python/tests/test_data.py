@@ -91,6 +91,77 @@ def test_solutions_and_inverse_dynamics(random_state):
             assert close(ours - armature, theirs, 1e-7)
 
 
+def test_inverse_dynamics_of_given_accelerations(random_state):
+    mm, md, pm, pd = random_state.mm, random_state.md, random_state.pm, random_state.pd
+    qacc = 10 * np.random.default_rng(0).normal(size=mm.nv)
+    for module, m, d in ((mujoco, mm, md), (penny, pm, pd)):
+        d.qacc = qacc
+        module.mj_inverse(m, d)
+    for name in ("qacc", "qfrc_inverse", "qfrc_constraint", "sensordata"):
+        assert close(getattr(pd, name), getattr(md, name)), name
+    with pytest.raises(NotImplementedError, match="after mj_inverse"):
+        pd.efc_force  # noqa: B018
+
+
+@pytest.mark.parametrize("law", ["mujoco", "penalty", "tutorial"])
+def test_inverse_dynamics_of_a_laws_own_accelerations_are_the_applied_forces(random_state, law):
+    m, d = random_state.pm, random_state.pd
+    m.opt.law = law
+    penny.mj_forward(m, d)
+    applied = d.qfrc_smooth + d.qfrc_bias - d.qfrc_passive
+    penny.mj_inverse(m, d)
+    scale = np.abs(d.qfrc_constraint).max(initial=1)
+    # Stiff edges of friction pyramids drown in the last digits of qacc.
+    assert np.abs(d.qfrc_inverse - applied).max(initial=0) < 1e-7 * scale
+    if law != "mujoco":
+        with pytest.raises(NotImplementedError, match=f"the law `{law}`"):
+            d.efc_J  # noqa: B018
+
+
+@pytest.mark.parametrize("local", [0, 1])
+def test_accelerations_of_things(random_state, local):
+    mm, md, pm, pd = random_state.mm, random_state.md, random_state.pm, random_state.pd
+    mujoco.mj_rnePostConstraint(mm, md)
+    for kind, n in (("BODY", mm.nbody), ("XBODY", mm.nbody), ("GEOM", mm.ngeom), ("SITE", mm.nsite)):
+        # Axes of inertia are not unique.
+        for i in range(0 if kind == "BODY" and local else n):
+            ours, theirs = np.zeros(6), np.zeros(6)
+            mujoco.mj_objectAcceleration(mm, md, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), i, theirs, local)
+            penny.mj_objectAcceleration(pm, pd, getattr(penny.mjtObj, f"mjOBJ_{kind}"), i, ours, local)
+            assert close(ours, theirs, 1e-8), (kind, i)
+
+
+def test_a_function_controls_every_step():
+    pair = Pair(ASSETS / "half_cheetah.xml")
+    times = []
+
+    def control(m, d):
+        times.append(d.time)
+        d.ctrl[:] = -0.5 * d.qvel[3:] + 0.1 * d.xpos[1, 2]
+
+    try:
+        for module, m, d in ((mujoco, pair.mm, pair.md), (penny, pair.pm, pair.pd)):
+            module.set_mjcb_control(control)
+            module.mj_step(m, d, 20)
+            module.mj_forward(m, d)
+            module.mj_step1(m, d)
+        assert penny.get_mjcb_control() is control and times[:22] == times[22:]
+        assert close(pair.pd.qpos, pair.md.qpos) and close(pair.pd.qacc, pair.md.qacc, 1e-8)
+
+        def broken(m, d):
+            raise KeyError("gain")
+
+        penny.set_mjcb_control(broken)
+        with pytest.raises(KeyError, match="gain"):
+            penny.mj_step(pair.pm, pair.pd)
+        pair.pm.opt.integrator = int(penny.mjtIntegrator.mjINT_RK4)
+        with pytest.raises(NotImplementedError, match="RK4"):
+            penny.mj_step(pair.pm, pair.pd)
+    finally:
+        penny.set_mjcb_control(None)
+        mujoco.set_mjcb_control(None)
+
+
 @pytest.mark.parametrize("centred", [0, 1])
 @pytest.mark.parametrize("scene", [ASSETS / "half_cheetah.xml", MODELS / "arm.xml"], ids=lambda p: p.stem)
 def test_derivatives_of_a_step(scene, centred):

@@ -28,7 +28,8 @@ def test_every_array_has_mujocos_numbers(pair):
             assert ours == theirs, name
             continue
         assert (ours.shape, ours.dtype) == (theirs.shape, theirs.dtype), name
-        if name not in AXES | SIZES:
+        # Places in `names`, which has none of what Penny lacks.
+        if name not in AXES | SIZES and not name.startswith("name_"):
             assert close(ours, theirs), name
     assert compared > 90
 
@@ -219,3 +220,11 @@ def test_copies_and_pickles_are_models_of_their_own():
         assert np.array_equal(a.qpos, b.qpos)
         other.body_mass[2] = 1
         assert m.body_mass[2] == 3
+
+
+def test_names_as_mujoco_keeps_them(pair):
+    def all_names(m, kind):
+        return [m.names[at:].split(b"\0")[0].decode() for at in getattr(m, f"name_{kind}adr")]
+
+    for kind in ("body", "jnt", "geom", "site", "cam", "eq", "tendon", "actuator", "sensor", "key"):
+        assert all_names(pair.pm, kind) == all_names(pair.mm, kind), kind

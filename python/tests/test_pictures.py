@@ -1,5 +1,6 @@
 """Pictures: cameras are MuJoCo's, and what is drawn is where MuJoCo has it."""
 
+import sys
 import zlib
 
 import mujoco
@@ -94,11 +95,132 @@ def test_free_cameras_and_options():
         renderer.update_scene(pair.pd, 7)
     with pytest.raises(ValueError, match="framebuffer width"):
         penny.Renderer(pair.pm, 300, 4000)
-    with pytest.raises(NotImplementedError, match="depth"):
-        renderer.enable_depth_rendering()
+    camera.orthographic = 1
+    renderer.update_scene(pair.pd, camera)
+    with pytest.raises(NotImplementedError, match="orthographic"):
+        renderer.render()
     renderer.close()
     with pytest.raises(RuntimeError, match="close"):
         renderer.render()
+
+
+# A floor, a ball above it, and a box; a camera looks straight down from 2 m. Near and far are 0.02 m and 100 m.
+DEEP = """<mujoco><statistic extent="2" center="0 0 0"/><worldbody><geom type="plane" size="1 1 1"/>
+<camera name="down" pos="0 0 2" fovy="60"/><camera name="side" pos="0 -3 .5" euler="90 0 0"/>
+<body pos=".2 .1 .5"><freejoint/><geom size=".3"/></body>
+<geom type="box" pos="-.5 0 .2" size=".2 .3 .2"/><geom group="3" size=".1" pos="0 0 1.5"/></worldbody></mujoco>"""
+
+
+def test_depths_are_those_of_the_surfaces():
+    m = penny.MjModel.from_xml_string(DEEP)
+    d, width, height = penny.MjData(m), 61, 47
+    with penny.Renderer(m, height, width) as renderer:
+        renderer.enable_depth_rendering()
+        assert (renderer.render() == np.float32(100)).all()
+        renderer.update_scene(d, "down")
+        depth = renderer.render()
+        renderer.enable_segmentation_rendering()
+        ids = renderer.render()
+        renderer.disable_segmentation_rendering()
+        assert renderer.render().shape == (height, width, 3)
+    focal = 0.5 * height / np.tan(np.radians(30))
+    x, y = np.meshgrid((np.arange(width) + 0.5 - width / 2) / focal, -(np.arange(height) + 0.5 - height / 2) / focal)
+    # Floor: z = 0 within 1 m; lid of the box: z = 0.4 m; ball: |eye + z (x, y, −1) − c| = r, the nearer solution.
+    expected, seen = np.full((height, width), 100.0), np.full((height, width), -1)
+    inside = (np.abs(2 * x) <= 1) & (np.abs(2 * y) <= 1)
+    expected[inside], seen[inside] = 2, 0
+    lid = (np.abs(1.6 * x + 0.5) <= 0.2) & (np.abs(1.6 * y) <= 0.3)
+    to = np.array([0, 0, 2]) - [0.2, 0.1, 0.5]
+    a, b, c = x**2 + y**2 + 1, x * to[0] + y * to[1] - to[2], to @ to - 0.3**2
+    ball = b**2 > a * c
+    near = np.where(ball, (-b - np.sqrt(np.maximum(b**2 - a * c, 0))) / a, np.inf)
+    for where, z, i in ((lid, 1.6, 1), (ball, near, 3)):
+        nearer = where & (z < expected)
+        expected, seen = np.where(nearer, z, expected), np.where(nearer, i, seen)
+    # Below its lid the box's sides are seen from further out.
+    sides = (ids[..., 0] == 1) & (seen != 1)
+    assert np.abs(depth - expected)[~sides].max() < 1e-5 and (depth[sides] > 1.6).all() and sides.sum() < 30
+    assert (ids[..., 0] == seen)[~sides].all() and (ids[..., 1] == np.where(ids[..., 0] < 0, -1, 5)).all()
+    assert depth.dtype == np.float32 and ids.dtype == np.int32
+    assert {0, 1, 3} <= set(np.unique(seen)) and lid.sum() > 20 and ball.sum() > 100
+
+
+def test_depth_of_the_buffer_and_what_is_not_seen():
+    m = penny.MjModel.from_xml_string(DEEP)
+    d, option, camera = penny.MjData(m), penny.MjvOption(), penny.MjvCamera()
+    scene, context, view = penny.MjvScene(m, 10), penny.MjrContext(m), penny.MjrRect(0, 0, 40, 30)
+    camera.type, camera.fixedcamid = penny.mjtCamera.mjCAMERA_FIXED, m.camera("side").id
+    penny.mjv_updateScene(m, d, option, None, camera, 7, scene)
+    penny.mjr_render(view, scene, context)
+    buffer, rgb = np.zeros((30, 40), np.float32), np.zeros((30, 40, 3), np.uint8)
+    penny.mjr_readPixels(rgb, buffer, view, context)
+    near, far = 0.02, 100.0
+    # Rows from the bottom: the sky is the last, the middle is the ball or the box.
+    z = near * far / (far - buffer.astype(float) * (far - near))
+    assert (buffer[-1] == 1).all() and 2.6 < z[15, 21] < 3 and rgb.any()
+    context.readDepthMap = penny.mjtDepthMap.mjDEPTH_ZEROFAR
+    other = np.zeros_like(buffer)
+    penny.mjr_readPixels(None, other, view, context)
+    assert np.allclose(other, 1 - buffer, atol=1e-6)
+    # From inside a ball it is not seen.
+    d.qpos[:3] = [0, -3, 0.5]
+    penny.mj_forward(m, d)
+    with penny.Renderer(m, 30, 40) as renderer:
+        renderer.enable_segmentation_rendering()
+        renderer.update_scene(d, "side")
+        assert 3 not in renderer.render()[..., 0]
+        option.geomgroup[3] = 1
+        renderer.update_scene(d, "down", option)
+        assert 2 in renderer.render()[..., 0]
+    string = BALL.replace("</worldbody>", "<site name='a'/><site name='b' pos='1 0 0'/></worldbody>").replace(
+        "</mujoco>", "<tendon><spatial><site site='a'/><site site='b'/></spatial></tendon></mujoco>"
+    )
+    m = penny.MjModel.from_xml_string(string)
+    with penny.Renderer(m) as renderer:
+        renderer.update_scene(penny.MjData(m))
+        renderer.enable_depth_rendering()
+        with pytest.raises(NotImplementedError, match="tendons"):
+            renderer.render()
+
+
+# Reads pictures as the window does, and does what a person would.
+PERSON = r"""
+import struct, sys
+print("shown", flush=True)
+for said in (b"size 320 200", b"rotate 0.5 0.25", b"zoom 1", b"pan 0.1 0", b"key 32", b"", b""):
+    n = struct.unpack(">I", sys.stdin.buffer.read(4))[0]
+    picture = sys.stdin.buffer.read(n)
+    sys.stdout.buffer.write(said + b"\n" * bool(said) + b"shown\n")
+    sys.stdout.flush()
+open(sys.argv[1], "wb").write(picture)
+"""
+
+
+def test_a_window_shows_what_python_simulates(tmp_path, monkeypatch):
+    m = penny.MjModel.from_xml_path(MODELS / "stack.xml")
+    d, keys, last = penny.MjData(m), [], tmp_path / "last.ppm"
+    monkeypatch.setattr(penny.viewer, "_WINDOW", (sys.executable, "-c", PERSON, str(last)))
+    with penny.viewer.launch_passive(m, d, key_callback=keys.append) as viewer:
+        before = viewer.cam.azimuth, viewer.cam.elevation, viewer.cam.distance, viewer.cam.lookat.copy()
+        assert viewer.m is m and viewer.d is d
+        while viewer.is_running():
+            penny.mj_step(m, d)
+            with viewer.lock():
+                viewer.opt.flags[penny.mjtVisFlag.mjVIS_CONTACTPOINT] = 1
+            viewer.sync()
+        assert keys == [32] and (viewer.viewport.width, viewer.viewport.height) == (320, 200)
+        assert viewer.cam.azimuth == before[0] - 90 and viewer.cam.elevation == max(before[1] - 45, -89)
+        assert viewer.cam.distance == pytest.approx(0.9 * before[2]) and (viewer.cam.lookat != before[3]).any()
+        viewer.sync()
+    head, pixels = last.read_bytes().split(b"\n", 1)
+    assert head == b"P6 320 200 255" and len(pixels) == 320 * 200 * 3 and d.time > 0
+
+
+def test_without_a_display_the_window_says_so(monkeypatch):
+    m = penny.MjModel.from_xml_path(MODELS / "stack.xml")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(RuntimeError, match=r"cannot open a window: .*(display|tkinter)"):
+        penny.viewer.launch_passive(m, penny.MjData(m))
 
 
 def test_notebooks_show_pictures():

@@ -7,6 +7,7 @@
 pub mod camera;
 pub mod clock;
 pub mod controls;
+pub mod depth;
 pub mod draw;
 pub mod energy_balance;
 pub mod film;

@@ -1,11 +1,11 @@
-//! The constraint rows as MuJoCo lists them (`efc_J`, `efc_R`, `efc_aref`, `efc_force`): dry friction, joint limits,
-//! contacts; a pyramid's edges one by one. To look at and to compare, not on the way of a step.
+//! The constraint rows as MuJoCo lists them (`efc_J`, `efc_R`, `efc_aref`, `efc_force`): equalities, dry friction, limits,
+//! of joints before those of tendons, contacts; a pyramid's edges one by one. To look at and to compare, not on the way of a step.
 
 use crate::contact::cost::Kind;
-use crate::contact::island::Island;
+use crate::contact::island::{Island, Source};
 use crate::contact::newton::{self, Stop};
 use crate::contact::{Settings, Task, assemble_all};
-use crate::data::{Data, Scratchpad};
+use crate::data::{Data, JointRowKind, Scratchpad, TieKind};
 use crate::model::Model;
 use crate::state::State;
 
@@ -31,8 +31,11 @@ pub fn list(model: &Model, settings: &Settings, state: &State, data: &Data) -> V
     island.guess(model, data, &data.qacc);
     // The forces of stiff edges cannot be had from qacc alone, they would drown in its last digits: from there on, Newton.
     newton::minimise(&task, &mut island, &Stop { warm: true, ..super::stop(model) });
+    let mut order: Vec<usize> = (0..island.sources.len()).collect();
+    order.sort_by_key(|&i| place(data, island.sources[i]));
     let mut list = Vec::new();
-    for (i, c) in island.constraints.iter().enumerate() {
+    for i in order {
+        let c = &island.constraints[i];
         let jac: Vec<Vec<f64>> = (0..c.cone.dim).map(|k| island.row_of_dofs(model, data, i, k)).collect();
         // e₀ times the first component plus e₁ times the j-th.
         let edge = |j: usize, slope: f64, x: f64| Row {
@@ -56,4 +59,18 @@ pub fn list(model: &Model, settings: &Settings, state: &State, data: &Data) -> V
         }
     }
     list
+}
+
+/// Where in MuJoCo's list the rows of a constraint are.
+fn place(data: &Data, source: Source) -> u8 {
+    match source {
+        Source::Tie(i) => match data.ties[i].kind {
+            TieKind::Equality => 0,
+            TieKind::DryFriction => 2,
+            TieKind::LowerLimit | TieKind::UpperLimit => 4,
+        },
+        Source::Joint(i) if data.joint_rows[i].kind == JointRowKind::DryFriction => 1,
+        Source::Joint(_) => 3,
+        Source::Contact(_) => 5,
+    }
 }
