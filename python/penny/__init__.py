@@ -25,7 +25,7 @@ from ._render import *  # noqa: F403
 from ._simulation import Simulation, Trajectory
 from ._state import mj_getState, mj_setKeyframe, mj_setState, mj_stateSize
 from ._sweep import compare, set_parameter, sweep
-from ._table import Table
+from ._table import Sweep, Table
 from ._visual import MjStatistic, MjVisual
 
 # Numbers are float64.
@@ -58,6 +58,7 @@ __all__ = [
     "SceneError",
     "Simulation",
     "StepError",
+    "Sweep",
     "Table",
     "Trajectory",
     "compare",

@@ -15,7 +15,7 @@ from ._penny import MjModel
 from ._pickle import reduce_model
 from ._simulation import Simulation
 from ._state import mj_stateSize
-from ._table import Table
+from ._table import Sweep, Table
 
 _THINGS = ("body", "joint", "geom", "site", "actuator")
 
@@ -102,7 +102,7 @@ def sweep(
     groups = [settings[i : i + piece] for i in range(0, len(settings), piece)]
     pieces = [(portable, time, group, measure) for group in groups]
     tables = _pieces.run(_cell, pieces, executor=executor, out=out, resume=resume, retries=retries, progress=progress)
-    return Table.of_rows([row for table in tables for row in table.rows])
+    return Sweep(Table.of_rows([row for table in tables for row in table.rows]), grid)
 
 
 def _worlds(scene: tuple, first: int, initial, control, nstep: int) -> Table:

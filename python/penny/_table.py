@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
+
+from ._penny import _chart
 
 
 class Table(Mapping):
@@ -81,6 +83,43 @@ class Table(Mapping):
         body = "".join("<tr>" + "".join(f"<td>{cell(x)}</td>" for x in row.values()) + "</tr>" for row in rows[:most])
         more = f"<p>{len(rows) - most} more rows</p>" if len(rows) > most else ""
         return f"<table><tr>{head}</tr>{body}</table>{more}"
+
+
+class Sweep(Table):
+    """The table of a sweep: a notebook shows what was measured over the first setting that is a number."""
+
+    # More curves in a panel, or panels side by side, nobody can read.
+    CURVES, PANELS = 6, 3
+
+    def __init__(self, columns: Mapping, settings: Iterable[str] = ()):
+        super().__init__(columns)
+        self.settings = tuple(settings)
+
+    def svg(self) -> str | None:
+        """A chart; `None` where no setting is a number of several values, or there are too many others."""
+        varied = [name for name in self.settings if len(np.unique(self[name])) > 1]
+        x = next((name for name in varied if self[name].dtype.kind in "if"), None)
+        if x is None:
+            return None
+        others = [name for name in varied if name != x]
+        keys = list(zip(*(self[name].tolist() for name in others))) if others else [()] * len(self[x])
+        kinds = list(dict.fromkeys(keys))
+        measured = [name for name, values in self.items() if name not in self.settings and values.dtype.kind in "if"]
+        measured = [name for name in measured if len(np.unique(self[name])) > 1][: self.PANELS]
+        if len(kinds) > self.CURVES or not measured:
+            return None
+
+        def curve(quantity, kind):
+            which = np.array([key == kind for key in keys])
+            points = sorted(zip(self[x][which].tolist(), self[quantity][which].tolist()))
+            return ", ".join(str(part) for part in kind), [[float(a), float(b)] for a, b in points]
+
+        low, high = self[x].min(), self[x].max()
+        panels = [(quantity, [curve(quantity, kind) for kind in kinds]) for quantity in measured]
+        return _chart("", x, bool(low > 0 and high >= 10 * low), panels)
+
+    def _repr_html_(self, most: int = 20) -> str:
+        return (self.svg() or "") + super()._repr_html_(most)
 
 
 def _same(a: np.ndarray, b: np.ndarray) -> bool:

@@ -56,7 +56,7 @@ mod _penny {
     #[pymodule_export]
     use crate::rollout::_rollout;
     #[pymodule_export]
-    use crate::tools::{check, explain};
+    use crate::tools::{_chart, check, explain};
     #[pymodule_export]
     use crate::view::View;
 }

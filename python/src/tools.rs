@@ -1,6 +1,9 @@
 //! What is Penny's own: problems of a file as Python's objects, and what its contacts mean.
 
 use penny::mjcf::{Document, Problem, Severity};
+use penny_lab::plot::palette::{CURVES, MARKERS};
+use penny_lab::plot::{self, Axis, Figure, Layer, Line, Panel};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -95,4 +98,22 @@ pub fn explain<'py>(py: Python<'py>, m: &Bound<'py, MjModel>) -> PyResult<Bound<
         rows.append(row)?;
     }
     Ok(rows)
+}
+
+/// Curves of a name and points, and a panel's quantity.
+type Curves = (String, Vec<(String, Vec<[f64; 2]>)>);
+
+/// A chart as SVG: panels beside each other, each a quantity over x, with their curves by name.
+#[pyfunction]
+pub fn _chart(title: String, x: String, log: bool, panels: Vec<Curves>) -> PyResult<String> {
+    let axis = || if log { Axis::log(x.clone()) } else { Axis::linear(x.clone()) };
+    let panel = |(quantity, curves): Curves| {
+        let line = |(i, (name, points))| {
+            let (color, marker) = (CURVES[i % CURVES.len()], MARKERS[i % MARKERS.len()]);
+            Layer::Line(Line::new(name, color, points).marked(marker))
+        };
+        Panel::new("", axis(), Axis::linear(quantity), curves.into_iter().enumerate().map(line).collect())
+    };
+    let figure = Figure::new(title, "", panels.into_iter().map(panel).collect());
+    plot::svg(&figure).map_err(|why| PyValueError::new_err(why.to_string()))
 }

@@ -84,6 +84,15 @@ def test_a_run_that_fails_is_a_row():
     assert table["failed"][0] == "" and table["failed"][1] != ""
 
 
+def test_a_sweep_shows_itself_as_a_chart():
+    table = penny.sweep(CIRCLE, {"law": ["penalty", "mujoco"], "timestep": [0.0005, 0.001, 0.01]}, time=0.1)
+    shown = table._repr_html_()
+    assert shown.startswith("<svg") or "<svg" in shown[:200]
+    assert "<table>" in shown and all(word in shown for word in ("penalty", "mujoco", "timestep", "qpos0"))
+    # Nothing to draw over.
+    assert penny.sweep(CIRCLE, {"law": ["penalty", "mujoco"]}, time=0.1).svg() is None
+
+
 def test_an_interrupted_sweep_goes_on(tmp_path, monkeypatch):
     whole = penny.sweep(CIRCLE, GRID, time=0.1, piece=1)
     ran = []
