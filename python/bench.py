@@ -1,6 +1,6 @@
 """What a call of `mj_step` costs beside the engine's own step: least of many repeats, the two by turns.
 
-    taskset -c 0 python bench.py        # on a quiet machine
+taskset -c 0 python bench.py        # on a quiet machine
 """
 
 import gc

@@ -1,5 +1,7 @@
 """Pictures: cameras are MuJoCo's, and what is drawn is where MuJoCo has it."""
 
+import os
+import subprocess
 import sys
 import zlib
 
@@ -143,6 +145,45 @@ def test_depths_are_those_of_the_surfaces():
     assert (ids[..., 0] == seen)[~sides].all() and (ids[..., 1] == np.where(ids[..., 0] < 0, -1, 5)).all()
     assert depth.dtype == np.float32 and ids.dtype == np.int32
     assert {0, 1, 3} <= set(np.unique(seen)) and lid.sum() > 20 and ball.sum() > 100
+
+
+# MuJoCo's own depths and ids of DEEP, where OpenGL can draw without a display.
+DRAWN_BY_MUJOCO = """
+import sys, mujoco, numpy as np
+m = mujoco.MjModel.from_xml_string(sys.argv[1])
+d, drawn = mujoco.MjData(m), {}
+mujoco.mj_forward(m, d)
+for camera in ("down", "side"):
+    with mujoco.Renderer(m, 120, 160) as renderer:
+        renderer.update_scene(d, camera)
+        renderer.enable_depth_rendering()
+        drawn[camera] = renderer.render().copy()
+        renderer.enable_segmentation_rendering()
+        drawn[camera + " ids"] = renderer.render().copy()
+np.savez(sys.argv[2], **drawn)
+"""
+
+
+def test_depths_and_segments_are_mujocos(tmp_path):
+    out = tmp_path / "drawn.npz"
+    command, environment = [sys.executable, "-c", DRAWN_BY_MUJOCO, DEEP, str(out)], {**os.environ, "MUJOCO_GL": "egl"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    if done.returncode:
+        pytest.skip(f"MuJoCo cannot draw here: {done.stderr.strip().splitlines()[-1]}")
+    m, drawn = penny.MjModel.from_xml_string(DEEP), np.load(out)
+    for camera in ("down", "side"):
+        with penny.Renderer(m, 120, 160) as renderer:
+            renderer.update_scene(penny.MjData(m), camera)
+            renderer.enable_depth_rendering()
+            depth = renderer.render()
+            renderer.enable_segmentation_rendering()
+            ids = renderer.render()
+        same = (ids == drawn[camera + " ids"]).all(axis=-1)
+        assert same.mean() > 0.998
+        # Plane and box; MuJoCo's ball is a polyhedron, and its farthest depth is rounded by its buffer.
+        flat = same & np.isin(ids[..., 0], (0, 1))
+        assert np.abs(depth - drawn[camera])[flat].max() < 1e-5 and flat.sum() > 2000
+        assert np.abs(depth - drawn[camera])[same & (ids[..., 0] == 3)].max() < 0.06
 
 
 def test_depth_of_the_buffer_and_what_is_not_seen():
