@@ -154,7 +154,8 @@ impl BroadPhase {
 /// The pair of two swept geoms, unless they are never to touch.
 fn swept_pair(model: &Model, g1: usize, g2: usize) -> Option<Pair> {
     let pairs = &model.pairs;
-    if !may_touch(&model.bodies, &model.geoms, g1, g2, model.opt.flags.filterparent, &pairs.excluded) {
+    let filters = [g1, g2].map(|g| Filter::from(&model.geoms[g]));
+    if !may_touch(&model.bodies, filters[0], filters[1], model.opt.flags.filterparent, &pairs.excluded) {
         return None;
     }
     let classes = pairs.mix_table.len().isqrt();
@@ -191,6 +192,23 @@ pub fn order(geoms: &[Geom], pair: &Pair) -> (usize, usize, bool, [usize; 2]) {
     (a.min(b), a.max(b), !pair.explicit, pair.geom)
 }
 
+/// What the filters ask of a geom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Filter {
+    /// Its body.
+    pub body: usize,
+    /// The bits it has.
+    pub contype: u32,
+    /// The bits it touches.
+    pub conaffinity: u32,
+}
+
+impl From<&Geom> for Filter {
+    fn from(geom: &Geom) -> Filter {
+        Filter { body: geom.body, contype: geom.contype, conaffinity: geom.conaffinity }
+    }
+}
+
 /// MuJoCo's filters for two geoms that no `<contact><pair>` names.
 ///
 /// Not on one rigid body (two that never move are one); not on a body and its parent, unless the parent never
@@ -200,15 +218,7 @@ pub fn order(geoms: &[Geom], pair: &Pair) -> (usize, usize, bool, [usize; 2]) {
 ///
 /// In:     `excluded`: body pairs (low, high), sorted.
 /// Source: MuJoCo 4.0 manual, Computation › Collision › Selection.
-pub fn may_touch(
-    bodies: &[Body],
-    geoms: &[Geom],
-    g1: usize,
-    g2: usize,
-    filterparent: bool,
-    excluded: &[(usize, usize)],
-) -> bool {
-    let (a, b) = (&geoms[g1], &geoms[g2]);
+pub fn may_touch(bodies: &[Body], a: Filter, b: Filter, filterparent: bool, excluded: &[(usize, usize)]) -> bool {
     if a.contype & b.conaffinity == 0 && b.contype & a.conaffinity == 0 {
         return false;
     }

@@ -4,6 +4,7 @@ use super::frames::{self, EPS, NoDirection};
 use super::{Log, Names};
 use crate::dynamics::fluid;
 use crate::math::{Quat, Vec3};
+use crate::mesh::Mesh;
 use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
 use crate::model::{Body, Camera, Dof, Geom, GeomKind, Joint, JointKind, Site, Tree, Visual};
 
@@ -23,6 +24,8 @@ pub struct World<'a> {
     pub joint_specs: Vec<&'a spec::Joint>,
     pub geom_specs: Vec<&'a spec::Geom>,
     pub camera_specs: Vec<&'a spec::Camera>,
+    /// Each with its body.
+    pub visual_specs: Vec<(usize, &'a spec::Visual)>,
 }
 
 impl World<'_> {
@@ -30,7 +33,8 @@ impl World<'_> {
         Names::new("body", self.bodies.iter().map(|b| b.name.as_str()))
     }
     pub fn geom_names(&self) -> Names<'_> {
-        Names::new("geom", self.geoms.iter().map(|g| g.name.as_str()))
+        let seen = self.visual_specs.iter().filter_map(|(_, visual)| visual.name.as_deref()).collect();
+        Names { only_seen: seen, ..Names::new("geom", self.geoms.iter().map(|g| g.name.as_str())) }
     }
     pub fn site_names(&self) -> Names<'_> {
         Names::new("site", self.sites.iter().map(|s| s.name.as_str()))
@@ -56,6 +60,7 @@ pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {
         joint_specs: Vec::new(),
         geom_specs: Vec::new(),
         camera_specs: Vec::new(),
+        visual_specs: Vec::new(),
     };
     reserve(&mut world, &spec.world);
     add_body(&mut world, &spec.world, 0, &spec.compiler, log);
@@ -137,7 +142,9 @@ fn add_body<'a>(world: &mut World<'a>, body: &'a spec::Body, parent: usize, comp
     }
     for visual in &body.visuals {
         let (pos, quat) = pose_or_report(&visual.pose, visual.node, compiler, log);
-        world.visuals.push(Visual { body: id, pos, quat, mesh: visual.mesh.clone(), rgba: visual.rgba });
+        let shown = visual.mesh.clone().filter(|mesh| !visual.fitted && Mesh::is_known(&mesh.path));
+        world.visuals.extend(shown.map(|mesh| Visual { body: id, pos, quat, mesh, rgba: visual.rgba }));
+        world.visual_specs.push((id, visual));
     }
     for camera in &body.cameras {
         let (pos, quat) = pose_or_report(&camera.pose, camera.node, compiler, log);

@@ -158,12 +158,14 @@ struct Names<'a> {
     /// "body", "geom" or "joint"
     of: &'static str,
     index: BTreeMap<&'a str, usize>,
+    /// Names of what is in the file, but not in the model: meshes.
+    only_seen: Vec<&'a str>,
 }
 
 impl<'a> Names<'a> {
     fn new(of: &'static str, names: impl Iterator<Item = &'a str>) -> Names<'a> {
         let named = names.enumerate().filter(|(_, name)| !name.is_empty());
-        Names { of, index: named.map(|(i, name)| (name, i)).collect() }
+        Names { of, index: named.map(|(i, name)| (name, i)).collect(), only_seen: Vec::new() }
     }
 
     /// The index of the element that an attribute names.
@@ -171,7 +173,13 @@ impl<'a> Names<'a> {
         let found = self.index.get(name).copied();
         if found.is_none() {
             let kind = ProblemKind::UnknownReference { what: self.of.into(), name: name.into() };
-            log.value_error(node, attribute, kind, "");
+            let seen = self.only_seen.contains(&name);
+            let help = if seen {
+                "the geom of that name is a mesh, which is only seen: nothing touches or measures it"
+            } else {
+                ""
+            };
+            log.value_error(node, attribute, kind, help);
         }
         found
     }

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Log;
 use super::layout::World;
-use crate::collision::broad_phase::{may_touch, order};
-use crate::mjcf::{NodeId, ProblemKind, Spec, spec};
+use crate::collision::broad_phase::{Filter, may_touch, order};
+use crate::mjcf::{NodeId, ProblemKind, Spec, instead_of, spec};
 use crate::model::{ContactOverride, Geom, GeomKind, Mix, Pair, Pairs};
 
 /// Up to this many pairs among geoms other than planes are listed one by one (24 free spheres have 276);
@@ -26,6 +26,7 @@ pub const MIN_MU: f64 = 1e-5;
 /// A `<pair>` replaces what the filters would let pass.
 pub fn find(world: &World, spec: &Spec, over: Option<ContactOverride>, log: &mut Log) -> (Pairs, Vec<Mix>) {
     let excluded = excluded(world, spec, log);
+    refuse_meshes_that_touch(world, &excluded, log);
     let given = explicit(world, spec, log);
     let on = |flag: &str| spec.flags.get(flag).copied().unwrap_or(true);
     if !(on("contact") && on("constraint")) {
@@ -33,8 +34,8 @@ pub fn find(world: &World, spec: &Spec, over: Option<ContactOverride>, log: &mut
     }
     let replaced: BTreeSet<(usize, usize)> = given.iter().map(|e| sorted(e.geom)).collect();
     let touch = |a: usize, b: usize| {
-        may_touch(&world.bodies, &world.geoms, a, b, on("filterparent"), &excluded)
-            && !replaced.contains(&sorted([a, b]))
+        let [first, second] = [a, b].map(|g| Filter::from(&world.geoms[g]));
+        may_touch(&world.bodies, first, second, on("filterparent"), &excluded) && !replaced.contains(&sorted([a, b]))
     };
     let plane = |g: &usize| world.geoms[*g].kind == GeomKind::Plane;
     let colliding = (0..world.geoms.len()).filter(|&g| collides(&world.geoms[g]));
@@ -108,6 +109,40 @@ fn excluded(world: &World, spec: &Spec, log: &mut Log) -> Vec<(usize, usize)> {
     found.sort_unstable();
     found.dedup();
     found
+}
+
+/// A mesh is only seen: an error where masks and `<exclude>` let anything touch it. Flags do not count: they may be set
+/// after a scene is read.
+fn refuse_meshes_that_touch(world: &World, excluded: &[(usize, usize)], log: &mut Log) {
+    let meshes = || world.visual_specs.iter().map(|&(body, spec)| (filter(body, spec), spec.node));
+    if meshes().all(|(mesh, _)| mesh.contype == 0 && mesh.conaffinity == 0) {
+        return;
+    }
+    let geoms = world.geoms.iter().zip(&world.geom_specs).map(|(geom, spec)| (Filter::from(geom), spec.node));
+    // By masks and by rigid body, one for all that are alike: thousands of meshes that never touch are passed over whole.
+    let mut kinds: BTreeMap<(u32, u32), BTreeMap<usize, BTreeMap<Filter, NodeId>>> = BTreeMap::new();
+    for (filter, node) in geoms.chain(meshes()) {
+        let welds = kinds.entry((filter.contype, filter.conaffinity)).or_default();
+        welds.entry(world.bodies[filter.body].weld).or_default().entry(filter).or_insert(node);
+    }
+    for &(body, spec) in &world.visual_specs {
+        let mesh = filter(body, spec);
+        let matching = kinds
+            .iter()
+            .filter(|((contype, conaffinity), _)| mesh.contype & conaffinity != 0 || contype & mesh.conaffinity != 0);
+        let others = matching.flat_map(|(_, welds)| welds).filter(|(weld, _)| **weld != world.bodies[body].weld);
+        let mut others = others.flat_map(|(_, filters)| filters);
+        if let Some((_, &other)) = others.find(|(other, _)| may_touch(&world.bodies, mesh, **other, false, excluded)) {
+            let kind = ProblemKind::Unsupported { name: "mesh".into(), lost: "nothing would touch it".into() };
+            let attribute = if spec.fitted { "mesh" } else { "type" };
+            log.value_error(spec.node, attribute, kind, instead_of(spec.mesh.as_ref()));
+            log.related(other, "may touch this");
+        }
+    }
+}
+
+fn filter(body: usize, mesh: &spec::Visual) -> Filter {
+    Filter { body, contype: mesh.contype, conaffinity: mesh.conaffinity }
 }
 
 /// A `<contact><pair>` with its geoms found.

@@ -280,17 +280,26 @@ impl Reader<'_> {
 
     /// A mesh that is only seen, if pictures can show it.
     fn visual(&mut self, item: &Item, context: &Context) -> Option<Visual> {
-        if item.word("type") != "mesh" {
+        let fitted = simple_shape(item.word("type")).is_some();
+        if !fitted && item.word("type") != "mesh" {
             return None;
         }
-        let mesh = self.mesh(item.word("mesh")).filter(|mesh| Mesh::is_known(&mesh.path));
-        if mesh.is_none() {
+        let mesh = self.mesh(item.word("mesh"));
+        if !fitted && !mesh.as_ref().is_some_and(|mesh| Mesh::is_known(&mesh.path)) {
             let lost = "pictures show only meshes from OBJ and STL files; the motion is the same".to_string();
             let kind = ProblemKind::Ignored { name: "mesh".into(), lost };
             self.report(kind, self.document.value_span(item.node, "mesh"));
         }
-        let rgba = item.array::<4>("rgba").map(|c| c as f32);
-        Some(Visual { node: item.node, pose: item.pose(context.frames), mesh: mesh?, rgba })
+        Some(Visual {
+            node: item.node,
+            name: item.name(),
+            pose: item.pose(context.frames),
+            mesh,
+            fitted,
+            contype: item.integer("contype") as u32,
+            conaffinity: item.integer("conaffinity") as u32,
+            rgba: item.array::<4>("rgba").map(|c| c as f32),
+        })
     }
 
     /// The mesh of that name, if it has a file.
@@ -359,30 +368,19 @@ impl Reader<'_> {
         if kind.is_some() && !item.given("mesh") {
             return kind;
         }
-        let lost = if item.integer("contype") != 0 || item.integer("conaffinity") != 0 {
-            "nothing would touch it"
-        } else if !self.is_weightless(item, body, context) {
-            "its mass and inertia would be missing"
-        } else {
-            return None;
-        };
         let (attribute, name) = if kind.is_some() { ("mesh", "mesh") } else { ("type", name) };
+        let touches = item.integer("contype") != 0 || item.integer("conaffinity") != 0;
+        let lost = match (touches, self.is_weightless(item, body, context)) {
+            (false, true) => return None,
+            // When all geoms are there, the compiler sees whether anything can touch it.
+            (true, true) if name == "mesh" => return None,
+            (true, _) => "nothing would touch it",
+            (false, false) => "its mass and inertia would be missing",
+        };
         let kind = ProblemKind::Unsupported { name: name.into(), lost: lost.into() };
         let span = self.document.value_span(item.node, attribute);
-        let bounds = self.mesh(item.word("mesh")).and_then(|mesh| mesh.bounds());
-        let help = match bounds.filter(|_| name == "mesh") {
-            Some((centre, half)) => {
-                let numbers = |v: Vec3| v.iter().map(|x| short(*x)).collect::<Vec<_>>().join(" ");
-                format!(
-                    "a box as large has `type=\"box\" size=\"{}\"`, its centre at {} of the geom's frame; or use a plane, \
-                     sphere, capsule, ellipsoid or cylinder",
-                    numbers(half),
-                    numbers(centre)
-                )
-            }
-            None => "use a plane, sphere, capsule, ellipsoid, cylinder or box".to_string(),
-        };
-        self.problems.push(Problem::new(kind, span).help(help));
+        let mesh = self.mesh(item.word("mesh")).filter(|_| name == "mesh");
+        self.problems.push(Problem::new(kind, span).help(instead_of(mesh.as_ref())));
         None
     }
 
@@ -426,6 +424,20 @@ impl Reader<'_> {
         };
         self.problems.push(Problem::new(kind, self.document.value_span(item.node, "range")).help(help));
     }
+}
+
+/// Which shapes will do where a mesh may not be.
+pub fn instead_of(mesh: Option<&Mesh>) -> String {
+    let Some((centre, half)) = mesh.and_then(Mesh::bounds) else {
+        return "use a plane, sphere, capsule, ellipsoid, cylinder or box".to_string();
+    };
+    let numbers = |v: Vec3| v.iter().map(|x| short(*x)).collect::<Vec<_>>().join(" ");
+    format!(
+        "a box as large has `type=\"box\" size=\"{}\"`, its centre at {} of the geom's frame; or use a plane, sphere, \
+         capsule, ellipsoid or cylinder",
+        numbers(half),
+        numbers(centre)
+    )
 }
 
 fn simple_shape(keyword: &str) -> Option<GeomKind> {

@@ -34,6 +34,7 @@ mod ties;
 
 use std::path::Path;
 
+pub(crate) use bodies::instead_of;
 pub(crate) use defaults::{MAIN, ORIENTATIONS, family};
 pub use document::{Document, NodeId, Span};
 pub use error::{Edit, Problem, ProblemKind, Severity};

@@ -181,12 +181,18 @@ pub struct Geom {
     pub rgba: [f32; 4],
 }
 
-/// A geom that is only seen: a mesh.
+/// A geom that is only seen: a mesh. The compiler refuses it where something could touch it.
 #[derive(Clone, Debug)]
 pub struct Visual {
     pub node: NodeId,
+    pub name: Option<String>,
     pub pose: Pose,
-    pub mesh: Mesh,
+    /// `None` if it has no file.
+    pub mesh: Option<Mesh>,
+    /// Not the mesh but a simple shape that takes its size from it: pictures do not show it.
+    pub fitted: bool,
+    pub contype: u32,
+    pub conaffinity: u32,
     pub rgba: [f32; 4],
 }
 

@@ -1,6 +1,6 @@
 //! Colliders against MuJoCo's contacts, and against truths that need no other engine.
 
-use penny::collision::broad_phase::{may_touch, order};
+use penny::collision::broad_phase::{Filter, may_touch, order};
 use penny::collision::{Hits, POINT, Placed, collider, detect, frame};
 use penny::data::Data;
 use penny::math::{Mat3, Vec3, mat, quat, vec3};
@@ -558,7 +558,8 @@ fn without_sweep(model: &Model) -> Model {
     let mut more = Vec::new();
     for &a in &model.pairs.swept {
         for &b in model.pairs.swept.iter().filter(|&&b| b > a && !replaced(a, b)) {
-            if may_touch(&model.bodies, &model.geoms, a, b, true, &model.pairs.excluded) {
+            let [first, second] = [a, b].map(|g| Filter::from(&model.geoms[g]));
+            if may_touch(&model.bodies, first, second, true, &model.pairs.excluded) {
                 let classes = model.pairs.mix_table.len().isqrt();
                 let place = model.pairs.class[a] as usize * classes + model.pairs.class[b] as usize;
                 let mix = model.pairs.mix_table[place] as usize;

@@ -635,6 +635,34 @@ fn a_mesh_that_is_only_seen_is_drawn_where_its_body_is() {
     );
     assert!(warned(&format!("<geom {seen} mesh='broken'/>")).contains("broken.stl`: its triangles cannot be read"));
 
+    // What masks or `<exclude>` keep from all else is only seen, too.
+    let with_others = |geom: &str, others: &str, contact: &str| {
+        let text = format!(
+            "<mujoco><asset><mesh name='m' file='cube.obj'/></asset><worldbody>{others}<body name='a'><freejoint/>
+             <inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/><geom name='m' type='mesh' mesh='m' {geom}/>
+             <geom size='1'/></body></worldbody><contact>{contact}</contact></mujoco>"
+        );
+        let path = folder.join("scene.xml");
+        std::fs::write(&path, text).unwrap();
+        open::open(&path).err()
+    };
+    let ball = "<body name='b' pos='9 0 0'><freejoint/><geom name='ball' size='1'/></body>";
+    let twin = "<body name='b'><freejoint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/><geom type='mesh' mesh='m'/></body>";
+    let apart = "<exclude body1='a' body2='b'/>";
+    for (geom, others, contact) in
+        [("", "", ""), ("", ball, apart), ("contype='2' conaffinity='2'", ball, ""), ("", twin, apart)]
+    {
+        assert_eq!(with_others(geom, others, contact), None);
+    }
+    for (geom, others, contact) in
+        [("", ball, ""), ("contype='2'", ball, ""), ("", twin, ""), ("", "<geom type='plane' size='1 1 1'/>", "")]
+    {
+        let report = with_others(geom, others, contact).expect("an error");
+        assert!(report.contains("nothing would touch it"), "{report}");
+    }
+    let report = with_others("", ball, &format!("{apart}<pair geom1='m' geom2='ball'/>")).expect("an error");
+    assert!(report.contains("the geom of that name is a mesh"), "{report}");
+
     // One that touches or weighs is refused, and a box as large is proposed.
     let report = scene_with("<geom name='hull' type='mesh' mesh='cube'/>").err().unwrap();
     assert!(report.contains("error[unsupported]: `mesh` is not supported: nothing would touch it"), "{report}");
