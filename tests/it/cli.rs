@@ -443,6 +443,22 @@ fn bench_measures_the_times_it_is_asked_for() {
         .filter_map(|l| l.split_whitespace().last())
         .collect();
     assert_eq!(hashes.len(), 1, "{text}");
+    // Many worlds begin in the same state.
+    let many = [
+        "bench",
+        "models/point_mass.xml",
+        "--window",
+        "0..0.1",
+        "--contact",
+        "tutorial",
+        "--worlds",
+        "3",
+        "--threads",
+        "2",
+    ];
+    let crowd = says(&many, 0);
+    assert!(hashes.iter().all(|hash| crowd.contains(hash)), "{crowd}");
+    assert_has(&crowd, &["3 worlds on 2 threads"]);
     for wrong in ["1..0", "-1..2", "1", "0..x"] {
         assert_has(&says(&["bench", &format!("--window={wrong}")], 2), &["--window", "0..2"]);
     }

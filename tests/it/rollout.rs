@@ -140,3 +140,60 @@ fn each_world_has_the_accuracy_that_is_wanted_by_a_method_of_its_own() {
         assert!(apart > 0.0 && apart <= 1e-3, "{coarse:?} {fine:?}");
     }
 }
+
+/// The same cells as CSV, bit for bit, empty ones as nulls; worlds that diverge and methods of an accuracy among them.
+#[test]
+fn parquet_holds_what_csv_holds() {
+    let folder = folder("parquet");
+    let [csv, table] = ["rows.csv", "rows.parquet"].map(|name| folder.join(name));
+    let run = |out: &std::path::Path| {
+        let path = out.to_str().expect("text");
+        penny(&[
+            "rollout",
+            "models/box.xml",
+            "--time",
+            "0.1",
+            "--worlds",
+            "5",
+            "--accuracy",
+            "1e-3",
+            "--vary",
+            "qvel[0]=1..3",
+            "--out",
+            path,
+        ])
+    };
+    let written = run(&csv);
+    assert!(written.status.success(), "{}", crate::said(&written));
+    let output = run(&table);
+    #[cfg(not(feature = "parquet"))]
+    assert!(
+        output.status.code() == Some(1) && crate::said(&output).contains("built without Parquet") && !table.exists()
+    );
+    #[cfg(feature = "parquet")]
+    {
+        use parquet::file::reader::{FileReader, SerializedFileReader};
+        use parquet::record::Field;
+        assert!(output.status.success(), "{}", crate::said(&output));
+        let text = std::fs::read_to_string(&csv).expect("rows");
+        let reader = SerializedFileReader::new(std::fs::File::open(&table).expect("there")).expect("Parquet");
+        let mut rows = reader.get_row_iter(None).expect("rows");
+        let names: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
+        for line in text.lines().skip(1) {
+            let row = rows.next().expect("as many rows").expect("a row");
+            assert!(row.get_column_iter().map(|(name, _)| name.as_str()).eq(names.iter().copied()));
+            for ((name, field), cell) in row.get_column_iter().zip(line.split(',')) {
+                let same = match field {
+                    Field::Null => cell.is_empty() && name == "failed",
+                    Field::Double(x) => cell.parse() == Ok(*x),
+                    Field::Long(n) => cell.parse() == Ok(*n),
+                    Field::Str(text) => cell == text && name == "method",
+                    other => panic!("{name}: {other:?}"),
+                };
+                assert!(same, "{name}: {field:?} and {cell}");
+            }
+        }
+        assert!(rows.next().is_none());
+        assert_eq!(std::fs::read_dir(&folder).expect("there").count(), 2, "something else is left");
+    }
+}

@@ -3,7 +3,8 @@
 //! Each scene runs for a second of simulated time, and the state it has reached is kept. Batches of steps start from
 //! that state again and again; the median of the batches counts. `--window 0..2` measures the first two seconds instead:
 //! what a step costs depends on what touches, and two engines need not touch alike. With `--against mujoco` every batch is followed by
-//! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine.
+//! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine. `--worlds 1024` measures so many copies of the scene
+//! in one batch on all cores, beside MuJoCo's `rollout` on as many threads.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -14,6 +15,8 @@ use super::Failure;
 use super::format::{count, short, si, table};
 use super::mujoco::{MuJoCo, Scene};
 use super::scene::{self, LimitArgs, MethodArgs, StartArgs};
+use penny::Batch;
+use penny::Simulation;
 use penny::data::Data;
 use penny::forward::{Method, step};
 use penny::model::Model;
@@ -32,6 +35,12 @@ pub struct Args {
     /// Measure the steps between two simulated times, in seconds [default: up to 1000 steps from 1 s on]
     #[arg(long, value_name = "FROM..TO", value_parser = window)]
     window: Option<Window>,
+    /// Step so many copies of the scene at once, on --threads; MuJoCo by its `rollout`
+    #[arg(long, value_name = "N", value_parser = scene::at_least_one)]
+    worlds: Option<usize>,
+    /// Threads for --worlds [default: all cores]
+    #[arg(long, value_name = "N", value_parser = scene::at_least_one, requires = "worlds")]
+    threads: Option<usize>,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -63,6 +72,8 @@ const BUDGET: Duration = Duration::from_millis(100);
 const LEAST_BATCHES: usize = 15;
 /// Steps of a batch at most: further from the kept state it would no longer be typical.
 const LARGEST_BATCH: usize = 1000;
+/// The same of many worlds, on one thread: to begin and end threads does not count then.
+const CROWD_BATCH: Duration = Duration::from_millis(200);
 /// Steps that show whether a method is worth waiting for, and how long they may take.
 const TRIAL: usize = 5;
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -107,6 +118,7 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
         eprintln!("note: this is a development build; cargo run --release -- bench measures the real speed\n");
     }
     let mut mujoco = args.against.as_ref().map(|_| MuJoCo::start()).transpose()?;
+    let crowd = args.worlds.map(|worlds| Crowd::new(worlds, args.threads)).transpose()?;
     let (cases, laws, integrators) = (cases(args)?, args.method.laws(), args.method.integrators());
     let bar = ProgressBar::new((cases.len() * laws.len() * integrators.len()) as u64);
     // The template is constant and right.
@@ -124,7 +136,7 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
             for &integrator in &integrators {
                 let method = Method { contact, integrator, ..args.method.method(&case.model)? };
                 let mut row = vec![contact.name.to_owned(), integrator.name.to_owned()];
-                row.extend(match measure(&case, &method, args.window, mujoco.as_mut(), allocations)? {
+                row.extend(match measure(&case, &method, args.window, crowd.as_ref(), mujoco.as_mut(), allocations)? {
                     Outcome::Measured(measured) => cells(&measured),
                     Outcome::Diverges => vec!["diverges".to_owned()],
                     Outcome::TooSlow(ns) => vec![format!("about {}", si(ns * 1e-9, "s"))],
@@ -134,7 +146,8 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
             }
         }
         bar.suspend(|| {
-            println!("{}: {}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
+            let crowd = crowd.as_ref().map_or_else(String::new, Crowd::to_string);
+            println!("{}: {}{crowd}", case.name, count(case.model.nv, "degree of freedom", "degrees of freedom"));
             println!("{}", table(&rows));
         });
     }
@@ -168,11 +181,40 @@ fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
     args.scenes.iter().map(case).collect()
 }
 
+/// Copies of a scene that are stepped together.
+struct Crowd {
+    worlds: usize,
+    pool: rayon::ThreadPool,
+}
+
+impl Crowd {
+    fn new(worlds: usize, threads: Option<usize>) -> Result<Crowd, Failure> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
+        Ok(Crowd { worlds, pool: pool.map_err(|e| Failure::Problem(format!("error: no threads: {e}")))? })
+    }
+
+    /// Takes n steps in each world, from a state; `None` if one diverges.
+    fn advance(&self, batch: &mut Batch, from: &State, n: usize) -> Option<Duration> {
+        batch.worlds_mut().iter_mut().try_for_each(|world| world.restore(from)).ok()?;
+        let before = Instant::now();
+        let failed = self.pool.install(|| batch.step_n(n));
+        (failed == 0).then(|| before.elapsed())
+    }
+}
+
+impl std::fmt::Display for Crowd {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let threads = count(self.pool.current_num_threads(), "thread", "threads");
+        write!(f, ", {} on {threads}, time a world and step", count(self.worlds, "world", "worlds"))
+    }
+}
+
 /// Measures one method.
 fn measure(
     case: &Case,
     method: &Method,
     window: Option<Window>,
+    crowd: Option<&Crowd>,
     mut mujoco: Option<&mut MuJoCo>,
     allocations: fn() -> usize,
 ) -> Result<Outcome, Failure> {
@@ -196,8 +238,9 @@ fn measure(
     let steps = match window {
         Some(window) => (steps_to(window.to) - warm_up).max(1),
         None => {
-            let steps = BATCH.as_secs_f64() / (pace.as_secs_f64() / warm_up.max(1) as f64);
-            (steps as usize).clamp(10, LARGEST_BATCH)
+            let (time, worlds, least) = crowd.map_or((BATCH, 1, 10), |crowd| (CROWD_BATCH, crowd.worlds, 1));
+            let steps = time.as_secs_f64() / (pace.as_secs_f64() / warm_up.max(1) as f64 * worlds as f64);
+            (steps as usize).clamp(least, LARGEST_BATCH)
         }
     };
     if let Some(mujoco) = mujoco.as_deref_mut() {
@@ -209,9 +252,23 @@ fn measure(
         mujoco.warm(warm_up)?;
     }
 
-    // Once unmeasured, for the caches; and for what each batch leaves behind.
+    let mut batch = crowd.map(|crowd| Batch::new(&Simulation::new(model.clone(), *method), crowd.worlds));
+    let mut run = |state: &mut State| match (crowd, &mut batch) {
+        (Some(crowd), Some(batch)) => crowd.advance(batch, &kept, steps),
+        _ => {
+            state.copy_from(&kept);
+            advance(state, steps)
+        }
+    };
+    let worlds = crowd.map(|crowd| [crowd.worlds, crowd.pool.current_num_threads()]);
+    let all_steps = (steps * worlds.map_or(1, |[worlds, _]| worlds)) as f64;
+
+    // Once unmeasured, for the caches; and for what each batch leaves behind. Worlds make room in their first step.
+    if crowd.is_some() && run(&mut state).is_none() {
+        return Ok(Outcome::Diverges);
+    }
     let before = allocations();
-    if advance(&mut state, steps).is_none() {
+    if run(&mut state).is_none() {
         return Ok(Outcome::Diverges);
     }
     let allocated = allocations() - before;
@@ -219,14 +276,13 @@ fn measure(
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     let began = Instant::now();
     while ours.len() < LEAST_BATCHES || began.elapsed() < BUDGET {
-        state.copy_from(&kept);
-        let Some(time) = advance(&mut state, steps) else { return Ok(Outcome::Diverges) };
-        ours.push(time.as_nanos() as f64 / steps as f64);
+        let Some(time) = run(&mut state) else { return Ok(Outcome::Diverges) };
+        ours.push(time.as_nanos() as f64 / all_steps);
         if let Some(mujoco) = mujoco.as_deref_mut() {
-            theirs.push(mujoco.batch(steps)? / steps as f64);
+            theirs.push(mujoco.batch(steps, worlds)? / all_steps);
         }
     }
-    let contacts = data.contacts.len();
+    let contacts = batch.as_ref().map_or(data.contacts.len(), |batch| batch.worlds()[0].data().contacts.len());
     Ok(Outcome::Measured(Measured {
         ours: median(ours),
         theirs: (!theirs.is_empty()).then(|| median(theirs)),

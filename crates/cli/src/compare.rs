@@ -402,7 +402,7 @@ fn pace(model: &Model, method: &Method, start: &State, steps: usize, mujoco: &mu
         let seconds = before.elapsed().as_secs_f64();
         // The step that diverges takes its time too.
         ours.push(seconds / (taken + 1).min(steps).max(1) as f64);
-        let their_seconds = mujoco.batch(steps)? * 1e-9;
+        let their_seconds = mujoco.batch(steps, None)? * 1e-9;
         theirs.push(their_seconds / steps.max(1) as f64);
         spent += seconds + their_seconds;
     }

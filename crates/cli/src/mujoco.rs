@@ -140,9 +140,12 @@ impl MuJoCo {
         self.ask(json!({ "do": "warm", "steps": steps }), steps, 0).map(|_| ())
     }
 
-    /// Nanoseconds of `steps` steps from the state that [`MuJoCo::warm`] left, measured inside Python.
-    pub fn batch(&mut self, steps: usize) -> Result<f64, Failure> {
-        let answer = self.ask(json!({ "do": "batch", "steps": steps }), steps, 0)?;
+    /// Nanoseconds of `steps` steps from the state that [`MuJoCo::warm`] left, measured inside Python: of one world, or of
+    /// all of `worlds` on so many threads.
+    pub fn batch(&mut self, steps: usize, worlds: Option<[usize; 2]>) -> Result<f64, Failure> {
+        let [worlds, threads] = worlds.unwrap_or_default();
+        let request = json!({ "do": "batch", "steps": steps, "worlds": worlds, "threads": threads });
+        let answer = self.ask(request, steps.saturating_mul(worlds.max(1)), 0)?;
         answer["ns"].as_f64().ok_or_else(|| gone("its answer has no time"))
     }
 

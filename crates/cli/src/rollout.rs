@@ -15,6 +15,8 @@ use super::format::{count, short, si};
 use super::interrupt::Interrupt;
 use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, OverrideArgs, StartArgs};
 use penny::Simulation;
+#[cfg(feature = "parquet")]
+use penny::draft::Draft;
 use penny::model::Model;
 use penny_lab::accuracy;
 use penny_lab::explain::Budget;
@@ -42,7 +44,7 @@ pub struct Args {
     /// A CSV file with a world in each row, and a column for each number, named as in --vary
     #[arg(long, value_name = "FILE.csv", conflicts_with = "vary")]
     table: Option<PathBuf>,
-    /// Where the results go, a row a world: CSV
+    /// Where the results go, a row a world: CSV, or Parquet by the name's end (a build with `--features parquet`)
     #[arg(long, short, value_name = "FILE.csv")]
     out: PathBuf,
     /// Go on with a rollout that was interrupted: the worlds in the unfinished file are not run again
@@ -77,6 +79,12 @@ const WORLDS: usize = 100;
 const PIECE: usize = 16;
 
 pub fn rollout(args: &Args) -> Result<(), Failure> {
+    let as_parquet = args.out.extension().is_some_and(|end| end == "parquet");
+    if as_parquet && !cfg!(feature = "parquet") {
+        let why = "error: --out: this penny was built without Parquet: `cargo run --features parquet -- rollout …` builds it; \
+                   a name that ends in .csv needs nothing";
+        return Err(Failure::Problem(why.to_owned()));
+    }
     let written = [("--out", Some(args.out.as_path()))];
     let mut model = scene::load_apart(&args.scene, &args.limits, &written)?;
     args.overrides.apply(&mut model)?;
@@ -132,7 +140,12 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         );
         return Err(Failure::Interrupted(code));
     }
-    fs::rename(&unfinished, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
+    if as_parquet {
+        to_parquet(&unfinished, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
+        forget(&unfinished, 0);
+    } else {
+        fs::rename(&unfinished, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
+    }
     let ran = plan.worlds - done;
     println!(
         "{} of {}, {}: {} in {}, {} a world and step",
@@ -279,6 +292,31 @@ fn forget(unfinished: &Path, worlds: usize) {
     if worlds == 0 {
         let _ = fs::remove_file(unfinished);
     }
+}
+
+/// The rows that were written as CSV, as Parquet: the same numbers, bit for bit.
+#[cfg(feature = "parquet")]
+fn to_parquet(csv: &Path, out: &Path) -> std::io::Result<()> {
+    let mut reader = csv::Reader::from_path(csv)?;
+    let column = |name: &str| {
+        let cells = match name {
+            "world" | "evaluations" | "contacts" => record::Cells::Integers,
+            "method" => record::Cells::Text,
+            _ => record::Cells::Numbers,
+        };
+        (name.to_owned(), cells)
+    };
+    let columns: Vec<_> = reader.headers()?.iter().map(column).collect();
+    let rows = reader.into_records().map(|row| Ok(row?.iter().map(str::to_owned).collect()));
+    let draft = Draft::new(out)?;
+    record::write_table(Box::new(draft.open()?), &columns, rows)?;
+    draft.keep()
+}
+
+/// What stands in its place in a build without.
+#[cfg(not(feature = "parquet"))]
+fn to_parquet(_: &Path, _: &Path) -> std::io::Result<()> {
+    Err(std::io::ErrorKind::Unsupported.into())
 }
 
 /// Where rows are until all are there.

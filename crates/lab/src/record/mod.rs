@@ -15,7 +15,7 @@ pub use csv::{Csv, quoted};
 pub use json::Json;
 pub use lines::Lines;
 #[cfg(feature = "parquet")]
-pub use parquet::Parquet;
+pub use parquet::{Cells, Parquet, write_table};
 pub use picture::Picture;
 pub use quantity::{
     GROUPS, Group, Quantity, Side, chosen, clamped, pair_name, pairs, quantities, sides, usual, velocity,

@@ -1,4 +1,5 @@
-//! A recording as Parquet: a column of doubles for each number of CSV, with the same names; `contacts` are integers.
+//! A recording as Parquet: a column of doubles for each number of CSV, with the same names; `contacts` are integers. And any
+//! table of cells, for rollouts.
 //!
 //! What a reader needs to know of a file stands at its end, so it is complete or none: rows wait in memory, some millions
 //! of numbers at a time.
@@ -6,8 +7,8 @@
 use std::io::{Error, Result, Write};
 use std::sync::Arc;
 
-use parquet::basic::{Repetition, Type as Physical};
-use parquet::data_type::{DoubleType, Int64Type};
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
@@ -98,6 +99,70 @@ impl Parquet {
         self.flush()?;
         self.out.close().map(drop).map_err(plain)
     }
+}
+
+/// What the cells of a column are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cells {
+    /// A column of doubles; an empty cell is a null.
+    Numbers,
+    /// Integers of 64 bits; an empty cell is a null.
+    Integers,
+    /// Text in UTF-8.
+    Text,
+}
+
+/// Writes a table of cells, column by column, a group of rows at a time.
+///
+/// Errors: `out` cannot be written; a cell is not what its column says.
+pub fn write_table(
+    out: Box<dyn Write + Send>,
+    columns: &[(String, Cells)],
+    rows: impl Iterator<Item = Result<Vec<String>>>,
+) -> Result<()> {
+    let field = |(name, cells): &(String, Cells)| {
+        let (kind, text) = match cells {
+            Cells::Numbers => (Physical::DOUBLE, None),
+            Cells::Integers => (Physical::INT64, None),
+            Cells::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        };
+        let column = Type::primitive_type_builder(name, kind).with_logical_type(text);
+        column.with_repetition(Repetition::OPTIONAL).build().map(Arc::new)
+    };
+    let fields = columns.iter().map(field).collect::<std::result::Result<_, _>>().map_err(plain)?;
+    let schema = Type::group_type_builder("rollout").with_fields(fields).build().map_err(plain)?;
+    let mut out = SerializedFileWriter::new(out, Arc::new(schema), Default::default()).map_err(plain)?;
+    let mut rows = rows.peekable();
+    while rows.peek().is_some() {
+        let waiting: Vec<_> = rows.by_ref().take(WAITING / columns.len().max(1) + 1).collect::<Result<_>>()?;
+        let mut group = out.next_row_group().map_err(plain)?;
+        for (i, (name, cells)) in columns.iter().enumerate() {
+            let wrong = |cell: &str| Error::other(format!("column {name}: `{cell}` is not what it should be"));
+            let there: Vec<&str> = waiting.iter().map(|row| row[i].as_str()).filter(|cell| !cell.is_empty()).collect();
+            let levels: Vec<i16> = waiting.iter().map(|row| i16::from(!row[i].is_empty())).collect();
+            let Some(mut column) = group.next_column().map_err(plain)? else { break };
+            let written = match cells {
+                Cells::Numbers => {
+                    let numbers =
+                        there.iter().map(|c| c.parse().map_err(|_| wrong(c))).collect::<Result<Vec<f64>>>()?;
+                    column.typed::<DoubleType>().write_batch(&numbers, Some(&levels), None)
+                }
+                Cells::Integers => {
+                    let numbers =
+                        there.iter().map(|c| c.parse().map_err(|_| wrong(c))).collect::<Result<Vec<i64>>>()?;
+                    column.typed::<Int64Type>().write_batch(&numbers, Some(&levels), None)
+                }
+                Cells::Text => {
+                    let texts: Vec<ByteArray> = there.into_iter().map(ByteArray::from).collect();
+                    column.typed::<ByteArrayType>().write_batch(&texts, Some(&levels), None)
+                }
+            };
+            written.map_err(plain)?;
+            column.close().map_err(plain)?;
+        }
+        group.close().map_err(plain)?;
+    }
+    out.close().map(drop).map_err(plain)
 }
 
 /// The system's error where that is the cause.
