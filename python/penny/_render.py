@@ -231,14 +231,21 @@ def mjr_readPixels(rgb, depth, viewport: MjrRect, con: MjrContext) -> None:
 
         depth = far (z − near) / (z (far − near)):    0 where nearest, 1 at the farthest and where nothing is
 
-    With `con.readDepthMap` of `mjDEPTH_ZEROFAR` it is 1 minus that. Data are looked at again for it.
+    With `con.readDepthMap` of `mjDEPTH_ZEROFAR` it is 1 minus that. Data are looked at again for it. Of a scene whose depths
+    Penny cannot draw they are NaN beside a picture, alone an error.
     """
     if con._picture is None:
         raise ValueError("mjr_readPixels before mjr_render: there is no picture")
     if rgb is not None:
         np.copyto(rgb.reshape(con._picture.shape), con._picture[::-1])
     if depth is not None:
-        z, _ = _depths(*con._shown)
+        try:
+            z, _ = _depths(*con._shown)
+        except (NotImplementedError, ValueError):
+            if rgb is None:
+                raise
+            depth.fill(np.nan)
+            return
         near, far = _range(con._shown[0])
         reversed_z = near * (far / z.astype(float)[::-1] - 1) / (far - near)
         zero_far = con.readDepthMap == mjtDepthMap.mjDEPTH_ZEROFAR

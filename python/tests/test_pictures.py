@@ -222,6 +222,10 @@ def test_depth_of_the_buffer_and_what_is_not_seen():
         renderer.enable_depth_rendering()
         with pytest.raises(NotImplementedError, match="tendons"):
             renderer.render()
+    penny.mjv_updateScene(m, penny.MjData(m), option, None, penny.MjvCamera(), 7, scene)
+    penny.mjr_render(view, scene, context)
+    penny.mjr_readPixels(rgb, buffer, view, context)
+    assert np.isnan(buffer).all() and rgb.any()
 
 
 # Reads pictures as the window does, and does what a person would.

@@ -11,14 +11,18 @@ use crate::model::GeomKind;
 /// A plane is met on its front only, within its half-sizes where these are above zero.
 /// In: `size` as in [`Geom::size`](crate::model::Geom::size), pose of the shape, all in the world, m.
 pub fn distance(kind: GeomKind, size: &Vec3, pos: &Vec3, mat: &Mat3, origin: &Vec3, direction: &Vec3) -> Option<f64> {
-    let (p, v) = (mat.tr_mul(&(origin - pos)), mat.tr_mul(direction));
+    own(kind, size, &mat.tr_mul(&(origin - pos)), &mat.tr_mul(direction))
+}
+
+/// The same for a ray from `p` along `v` in the shape's own frame.
+pub fn own(kind: GeomKind, size: &Vec3, p: &Vec3, v: &Vec3) -> Option<f64> {
     match kind {
-        GeomKind::Plane => plane(size, &p, &v),
-        GeomKind::Sphere => first(roots(&v, &p, size.x * size.x)),
-        GeomKind::Capsule => capsule(size, &p, &v),
+        GeomKind::Plane => plane(size, p, v),
+        GeomKind::Sphere => first(roots(v, p, size.x * size.x)),
+        GeomKind::Capsule => capsule(size, p, v),
         GeomKind::Ellipsoid => first(roots(&v.component_div(size), &p.component_div(size), 1.0)),
-        GeomKind::Cylinder => cylinder(size, &p, &v),
-        GeomKind::Box => faces(size, &p, &v),
+        GeomKind::Cylinder => cylinder(size, p, v),
+        GeomKind::Box => faces(size, p, v),
     }
 }
 

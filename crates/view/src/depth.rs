@@ -50,39 +50,50 @@ pub fn depths(
         let (pos, axes) = (p + q * geom.pos, math::mat(&(q * geom.quat)));
         let plane = geom.kind == GeomKind::Plane;
         let radius = if plane { f64::INFINITY } else { geom.rbound };
-        let meet = |from: &Vec3, d: &Vec3| ray::distance(geom.kind, &geom.size, &pos, &axes, from, d);
-        frustum.draw(&mut picture, Some(i), &pos, radius, |from, d| {
+        let meet = |from: &Vec3, d: &Vec3| ray::own(geom.kind, &geom.size, from, d);
+        frustum.draw(&mut picture, Some(i), &pos, radius, &frustum.seen_from(&pos, &axes), |from, d| {
             // Of a closed surface that is met ahead and behind the inside would be seen.
             let met = meet(from, d)?;
-            let inside = !plane && (from - pos).norm() <= radius && meet(from, &-d).is_some();
+            let inside = !plane && from.norm() <= radius && meet(from, &-d).is_some();
             (!inside).then_some(met)
         });
     }
     for visual in model.visuals.iter().filter(|v| v.rgba[3] != 0.0) {
         let (p, q) = (poses.pos[visual.body], poses.quat[visual.body]);
         let (pos, axes) = (p + q * visual.pos, math::mat(&(q * visual.quat)));
+        let own = frustum.seen_from(&pos, &axes);
         for face in visual.mesh.faces().unwrap_or_default() {
-            let corners = face.map(|c| pos + axes * Vec3::from(c.map(f64::from)));
+            let corners = face.map(|c| Vec3::from(c.map(f64::from)));
             let middle = corners.iter().sum::<Vec3>() / 3.0;
             let radius = corners.iter().map(|c| (c - middle).norm()).fold(0.0, f64::max);
-            frustum.draw(&mut picture, None, &middle, radius, |from, d| front(&corners, from, d));
+            frustum.draw(&mut picture, None, &(pos + axes * middle), radius, &own, |from, d| front(&corners, from, d));
         }
     }
     picture
 }
 
 impl Frustum {
+    /// The eye and its axes in the frame of a thing.
+    fn seen_from(&self, pos: &Vec3, axes: &Mat3) -> Axes {
+        let Axes { eye, right, up, forward } = self.axes;
+        let turned = |v: Vec3| axes.tr_mul(&v);
+        Axes { eye: turned(eye - pos), right: turned(right), up: turned(up), forward: turned(forward) }
+    }
+
     /// Puts what `meet` finds into the pixels that a sphere about the thing reaches, where it is nearest.
+    ///
+    /// In: centre and radius of the sphere; `own`, the eye in the thing's frame, in which `meet` gets its rays.
     fn draw(
         &self,
         picture: &mut [Seen],
         geom: Option<usize>,
         centre: &Vec3,
         radius: f64,
+        own: &Axes,
         meet: impl Fn(&Vec3, &Vec3) -> Option<f64>,
     ) {
         let [columns, rows] = self.reach(centre, radius);
-        let Axes { eye, right, up, forward } = self.axes;
+        let Axes { eye, right, up, forward } = own;
         let middle = self.size.map(|n| 0.5 * n as f64);
         for row in rows {
             for column in columns.clone() {
