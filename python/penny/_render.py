@@ -231,8 +231,8 @@ def mjr_readPixels(rgb, depth, viewport: MjrRect, con: MjrContext) -> None:
 
         depth = far (z − near) / (z (far − near)):    0 where nearest, 1 at the farthest and where nothing is
 
-    With `con.readDepthMap` of `mjDEPTH_ZEROFAR` it is 1 minus that. Data are looked at again for it. Of a scene whose depths
-    Penny cannot draw they are NaN beside a picture, alone an error.
+    With `con.readDepthMap` of `mjDEPTH_ZEROFAR` it is 1 minus that. Data are looked at again for it. Where Penny cannot
+    draw depths they are NaN beside a picture, and alone an error.
     """
     if con._picture is None:
         raise ValueError("mjr_readPixels before mjr_render: there is no picture")
