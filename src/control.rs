@@ -66,6 +66,8 @@ pub struct Controlled<'m> {
     /// For looks.
     look: Data,
     dense: Dense,
+    /// Evaluations that looks took.
+    looks: usize,
     effort: Effort,
 }
 
@@ -162,6 +164,7 @@ impl<'m> Controlled<'m> {
             last: 1.0,
             look: data.clone(),
             dense: Dense::default(),
+            looks: 0,
             data,
             effort: Effort::default(),
         })
@@ -187,6 +190,11 @@ impl<'m> Controlled<'m> {
         self.effort
     }
 
+    /// Evaluations of the accelerations that looks took: two for each step that was looked into.
+    pub fn looks(&self) -> usize {
+        self.looks
+    }
+
     /// The state at a time between the last one asked for and the end, s.
     ///
     /// Errors: [`Failed::Outside`]; [`Failed::Step`]; [`Failed::TooManySteps`] where `most` steps in all do not reach it.
@@ -206,10 +214,10 @@ impl<'m> Controlled<'m> {
         if time == self.state.time {
             return Ok(self.state.clone());
         }
-        let Controlled { model, method, before, state, look, dense, .. } = self;
+        let Controlled { model, method, before, state, look, dense, looks, .. } = self;
         let mut found = before.clone();
         if time > before.time {
-            dense.enter(model, method, [before, state], look);
+            *looks += dense.enter(model, method, [before, state], look);
             dense.at(model, time, state, &mut found);
         }
         Ok(found)

@@ -30,11 +30,11 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// Evaluates the accelerations at both ends of a step, unless they are known.
-    pub fn enter(&mut self, model: &Model, method: &Method, ends: [&State; 2], data: &mut Data) {
+    /// Evaluates the accelerations at both ends of a step, unless they are known. Out: how many evaluations that took.
+    pub fn enter(&mut self, model: &Model, method: &Method, ends: [&State; 2], data: &mut Data) -> usize {
         let span = ends.map(|end| end.time);
         if span == self.span {
-            return;
+            return 0;
         }
         self.span = span;
         let h = span[1] - span[0];
@@ -59,6 +59,7 @@ impl Dense {
             self.rates[1][spin..spin + 3].copy_from_slice(k.as_slice());
             self.bends[1][spin..spin + 3].copy_from_slice(((ahead - behind) / (2.0 * part)).as_slice());
         }
+        2
     }
 
     /// The state at a time inside the step, s; `state` is that at its beginning, and becomes it.

@@ -47,20 +47,29 @@ pub fn floors(
                     let other = references.get(other.name)?;
                     distance(&case.model, &reference.samples, &other.samples)
                 };
-                let others: Vec<&Law> = laws.iter().copied().filter(|other| other.name != law.name).collect();
-                let nearest = others
-                    .iter()
-                    .filter_map(|other| Some((other.name, apart(other)?)))
+                let others = laws.iter().copied().filter(|other| other.name != law.name);
+                let mut spread: Vec<(&str, f64)> = others
+                    .filter_map(|other| Some((other.name, apart(&other)?)))
                     .filter(|(_, apart)| *apart > reference.uncertainty)
-                    .min_by(|a, b| a.1.total_cmp(&b.1));
-                if let Some((other, error)) = nearest {
+                    .collect();
+                spread.sort_by(|a, b| a.1.total_cmp(&b.1));
+                if let Some((nearest, error)) = spread.first() {
+                    let farthest = spread.get(1..).and_then(<[_]>::last);
+                    let farthest = farthest.map_or_else(String::new, |(other, error)| {
+                        format!(", {other}, the farthest, {}", si(*error, "m"))
+                    });
                     found.notes.push(format!(
-                        "{}: {other}, the law nearest to it, is {} away: a smaller error buys nothing if either will do",
+                        "{}: {nearest}, the law nearest to it, is {} away{farthest}: a smaller error buys nothing if either will do",
                         law.name,
-                        si(error, "m")
+                        si(*error, "m")
                     ));
-                    levels.push(Level { name: format!("from {other}"), error });
                 }
+                let ends = [spread.first(), spread.get(1..).and_then(<[_]>::last)];
+                levels.extend(
+                    ends.into_iter()
+                        .flatten()
+                        .map(|(other, error)| Level { name: format!("from {other}"), error: *error }),
+                );
             }
             Target::Exact(truth) => {
                 // What is left at the smallest step, by the integrator that changes least when it is halved.

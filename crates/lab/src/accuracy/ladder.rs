@@ -2,8 +2,9 @@
 //!
 //!     two runs, knobs x₁ > x₂, apart by d:    e₂ = d / ((x₁/x₂)^p − 1),   e₁ = d + e₂,    e ~ xᵖ
 //!
-//! with the order p that three runs show. A run of an integrator of another order errs otherwise: how far the two are apart is
-//! what the worse of them errs, or nearly so.
+//! with the order p that three runs show; where things touch it is bounded, for such runs may agree by accident, both missing
+//! the same landing. A run of an integrator of another order errs otherwise: how far the two are apart is what the worse of
+//! them errs, or nearly so.
 
 use super::{Choice, MOST_EVALUATIONS, SAMPLES, Stepping};
 use crate::sweep::Case;
@@ -11,8 +12,9 @@ use crate::sweep::trajectory::{Pose, distance, poses};
 use penny::contact::Law;
 use penny::control::{Controlled, Effort, extent};
 use penny::data::Data;
-use penny::forward::{Method, ROUNDS, step};
+use penny::forward::{Method, ROUNDS, forward, step};
 use penny::integrate::Integrator;
+use penny::model::Model;
 use penny::state::State;
 
 /// One run of a ladder.
@@ -20,44 +22,65 @@ pub struct Rung {
     pub knob: f64,
     pub samples: Vec<Vec<Pose>>,
     pub evaluations: usize,
+    /// Every so many samples it has one: more than 1 where steps are longer than that.
+    stride: usize,
     timestep: f64,
     steps: usize,
     /// Steps that it would have taken had it not ended early; 0 of controlled ones.
     planned: f64,
     effort: Option<Effort>,
     end: State,
+    /// Nothing touched, and no constraint acted, at any step and at the end: the motion has all its derivatives.
+    pub smooth: bool,
     /// From the rung before, m; none for the first, and where one of the two ended early.
     difference: Option<f64>,
 }
 
-/// An integrator at finer and finer knobs.
-pub struct Ladder {
-    pub integrator: &'static Integrator,
-    pub controlled: bool,
-    pub rungs: Vec<Rung>,
-    /// Evaluations of the first run at least, as far as is known.
-    least: f64,
-    /// No run was better than the one before, and how often.
-    stuck: bool,
-}
+impl Rung {
+    /// Whether it reached the end.
+    fn whole(&self) -> bool {
+        self.samples.len() * self.stride == SAMPLES
+    }
 
-/// An error, and by how much it may be wrong.
-#[derive(Clone, Copy, Debug)]
-pub struct Bound {
-    /// m
-    pub error: f64,
-    /// Factor.
-    pub margin: f64,
-}
-
-impl Bound {
-    /// m
-    pub fn most(&self) -> f64 {
-        self.error * self.margin
+    /// How far another is from it where both have samples, m; `None` where one ended early.
+    fn distance(&self, case: &Case, other: &Rung) -> Option<f64> {
+        let stride = self.stride.max(other.stride);
+        let common = |rung: &Rung| -> Vec<Vec<Pose>> {
+            let each = stride / rung.stride;
+            rung.samples.iter().skip(each - 1).step_by(each).cloned().collect()
+        };
+        if self.whole() && other.whole() { distance(&case.model, &common(self), &common(other)) } else { None }
     }
 }
 
-/// What a ladder promises.
+/// An integrator at finer and finer knobs.
+pub struct Ladder<'c> {
+    pub integrator: &'static Integrator,
+    pub controlled: bool,
+    pub rungs: Vec<Rung>,
+    /// A controlled run on its way.
+    paused: Option<Paused<'c>>,
+    /// There is to be no further run: the last ones were no better, or took too much.
+    stuck: bool,
+}
+
+/// A controlled run that is not at its end: what it took so far tells what it will take.
+struct Paused<'c> {
+    run: Controlled<'c>,
+    knob: f64,
+    samples: Vec<Vec<Pose>>,
+    smooth: bool,
+    last: State,
+}
+
+/// An error as it is estimated, and what it may be at most, m.
+#[derive(Clone, Copy, Debug)]
+pub struct Bound {
+    pub error: f64,
+    pub most: f64,
+}
+
+/// What a ladder promises: a guess, which need not be safe.
 #[derive(Clone, Copy, Debug)]
 pub struct Promise {
     /// Evaluations of the run that reaches the tolerance, or of the next that tells more.
@@ -66,63 +89,114 @@ pub struct Promise {
     pub knob: f64,
 }
 
-/// How wrong an estimate may be; docs/accuracy.md counts how often it is wrong by more.
-const PAIRED: f64 = 2.0;
+/// How wrong an estimate may be: where something touches, and where the motion is smooth.
+const MARGIN: [f64; 2] = [2.0, 1.25];
 /// The next knob is aimed at this part of the tolerance, so that the run after it is seldom needed.
-const AIM: f64 = 0.8;
+const AIM: [f64; 2] = [0.8 / MARGIN[0], 0.9 / MARGIN[1]];
 /// A finer knob is this much finer at least and at most: of timesteps, and of tolerances.
-const FINER: [[f64; 2]; 2] = [[1.5, 16.0], [4.0, 100.0]];
-/// Of the first two.
-const SECOND: [f64; 2] = [2.0, 10.0];
-/// Controlled steps begin with this many times the tolerance that is wanted.
-const FIRST: f64 = 10.0;
-/// But not with more than this part of the largest body's reach: that would be blind.
-const COARSE: f64 = 0.01;
-/// The order that is assumed where two runs are all there is: lower than any method's, so that the estimate is safe.
-const UNSEEN: f64 = 0.5;
+const FINER: [[f64; 2]; 2] = [[1.5, 4.0], [4.0, 100.0]];
+/// The second run of controlled steps takes about this many times the effort of the first.
+const EFFORT: f64 = 2.2;
+/// Its tolerance is this many times what is wanted: a run's error is mostly smaller than its tolerance.
+const FIRST: f64 = 2.0;
+/// The first run has no larger one than this part of the largest body's reach: that would be blind.
+const COARSE: f64 = 0.1;
+/// The order that is assumed where two runs are all there is, the first of timesteps and the second of tolerances.
+const UNSEEN: [[f64; 2]; 2] = [[0.5, 0.3], [1.0, 0.8]];
+/// Of fixed steps where something touches: they may come nearer sooner than they promise.
+const DOUBLE: f64 = 2.0;
+/// The first of fixed steps, in samples.
+const FEW: f64 = 2.0;
+/// Where the first fixed steps that do not diverge are short, they are compared with steps this many times as long.
+const NEAR: f64 = 4.0 / 3.0;
 /// An order below this is none: the runs do not converge.
 const NONE: f64 = 0.25;
-/// No higher order is believed: where contacts begin and end runs may agree by accident, and seem to be of any order.
+/// Controlled runs may come nearer to one another while their tolerance is larger, m.
+const FINE: f64 = 1e-12;
+/// Of smooth motion finer steps have at least this, whatever coarse ones showed.
+const EXPECTED: f64 = 0.8;
+/// No higher order is believed where contacts begin and end: there runs may agree by accident, and seem to be of any order.
 const MOST_ORDER: f64 = 1.0;
+/// Two controlled runs that agree may miss a landing alike: neither errs less than this part of its tolerance.
+const FLOOR: f64 = 1.0;
 
-impl Ladder {
-    pub fn new(integrator: &'static Integrator, controlled: bool) -> Ladder {
-        Ladder { integrator, controlled, rungs: Vec::new(), least: 0.0, stuck: false }
+impl<'c> Ladder<'c> {
+    pub fn new(integrator: &'static Integrator, controlled: bool) -> Ladder<'c> {
+        Ladder { integrator, controlled, rungs: Vec::new(), paused: None, stuck: false }
     }
 
-    /// Evaluations of the first run at least: of a step nearly as many as the order; infinite where there is to be none.
-    pub fn least(&self) -> f64 {
-        if self.stuck { f64::INFINITY } else { self.least.max(SAMPLES as f64 * f64::from(self.integrator.order)) }
+    /// Whether a first run was not given up.
+    pub fn may_begin(&self) -> bool {
+        !self.stuck
+    }
+
+    /// Whether no run was begun.
+    pub fn unbegun(&self) -> bool {
+        self.rungs.is_empty() && self.paused.is_none()
+    }
+
+    /// Whether a run reached the end.
+    pub fn any_whole(&self) -> bool {
+        self.rungs.iter().any(Rung::whole)
+    }
+
+    /// Whether two runs tell what steps cost.
+    pub fn known(&self) -> bool {
+        self.rungs.last().is_some_and(|last| last.difference.is_some())
+    }
+
+    /// How much finer the second run is.
+    fn apart(&self) -> f64 {
+        if self.controlled { EFFORT.powi(i32::from(self.integrator.order)) } else { 2.0 }
     }
 
     /// The first knob.
     pub fn first(&self, case: &Case, tolerance: f64) -> f64 {
         if !self.controlled {
-            return case.seconds / SAMPLES as f64;
+            return case.seconds / SAMPLES as f64 * FEW;
         }
         let bodies = case.model.bodies.iter().filter(|b| b.tree.is_some());
         let reach = bodies.map(|b| extent(&case.model, b)).fold(0.0, f64::max);
-        (FIRST * tolerance).min(COARSE * reach)
+        (FIRST * self.apart() * tolerance).min(COARSE * reach)
+    }
+
+    /// Whether a run and the one before it are smooth.
+    fn smooth(&self, rung: usize) -> bool {
+        let both = self.rungs.get(rung.saturating_sub(1)..=rung);
+        both.is_some_and(|both| both.iter().all(|r| r.smooth))
     }
 
     /// The order that the last three runs up to one show.
     fn order(&self, rung: usize) -> Option<f64> {
         let [.., first, before, last] = &self.rungs[..=rung] else { return None };
         let shown = (before.difference? / last.difference?).ln() / (first.knob / before.knob).ln();
-        Some(shown.clamp(NONE, MOST_ORDER))
+        let most = if self.smooth(rung) && !self.controlled { f64::from(self.integrator.order) } else { MOST_ORDER };
+        Some(shown.clamp(NONE, most))
     }
 
     /// The error of a run by those of its own ladder.
     pub fn paired(&self, rung: usize) -> Bound {
         let rungs = &self.rungs;
+        // How far run k is from the one before it, what it errs, and at most.
         let finer = |k: usize| {
             let (before, last) = (rungs.get(k.checked_sub(1)?)?, rungs.get(k)?);
-            let order = self.order(k).unwrap_or(UNSEEN);
-            Some([last.difference?, (before.knob / last.knob).powf(order) - 1.0])
+            let smooth = usize::from(self.smooth(k));
+            let order = self.order(k).unwrap_or(UNSEEN[smooth][usize::from(self.controlled)]);
+            let apart = last.difference?;
+            let error = apart / ((before.knob / last.knob).powf(order) - 1.0);
+            let error = if self.controlled && smooth == 0 { error.max(FLOOR * last.knob) } else { error };
+            Some([apart, error, MARGIN[smooth] * error])
         };
-        let as_fine = finer(rung).map_or(f64::INFINITY, |[d, grown]| d / grown);
-        let as_coarse = finer(rung + 1).map_or(f64::INFINITY, |[d, grown]| d + d / grown);
-        Bound { error: as_fine.min(as_coarse), margin: PAIRED }
+        let none = Bound { error: f64::INFINITY, most: f64::INFINITY };
+        if rungs[rung].stride > 1 {
+            return none;
+        }
+        let as_fine = finer(rung).map(|[_, error, most]| Bound { error, most });
+        let as_coarse = finer(rung + 1).map(|[apart, error, most]| Bound {
+            error: apart + error,
+            most: MARGIN[usize::from(self.smooth(rung + 1))] * apart + most,
+        });
+        [as_fine, as_coarse].into_iter().flatten().fold(none, |a, b| if b.most < a.most { b } else { a })
     }
 
     /// The last run with this many times the effort.
@@ -130,7 +204,8 @@ impl Ladder {
         let last = self.rungs.last().filter(|_| !self.stuck)?;
         // What is spent grows with 1/knob, or of controlled steps with a root of it.
         let growth = if self.controlled { 1.0 / f64::from(self.integrator.order) } else { 1.0 };
-        let spent = last.evaluations as f64;
+        // Without the one at the end.
+        let spent = (last.evaluations - 1) as f64;
         // What a run would have taken that diverged.
         let whole = if self.controlled { spent } else { spent / last.steps.max(1) as f64 * last.planned };
         let cost = whole * factor.powf(growth);
@@ -139,52 +214,98 @@ impl Ladder {
 
     /// The next run where nothing is known.
     pub fn second(&self) -> Option<Promise> {
-        self.finer(SECOND[usize::from(self.controlled)])
+        if let [.., before, last] = &self.rungs[..]
+            && !self.controlled
+            && last.whole()
+            && !before.whole()
+            && last.steps >= 4 * SAMPLES
+            && NEAR * last.knob < 0.9 * before.knob
+        {
+            return Some(Promise { cost: last.evaluations as f64 / NEAR, knob: NEAR * last.knob });
+        }
+        self.finer(self.apart())
+    }
+
+    /// The next run of fixed steps half as long.
+    pub fn double(&self) -> Option<Promise> {
+        self.finer(DOUBLE)
     }
 
     /// What it takes to come from an error (m) of the last run to the tolerance; `None` if it cannot, or has not begun.
-    pub fn promise(&self, error: f64, tolerance: f64) -> Option<Promise> {
+    pub fn promise(&self, case: &Case, error: f64, tolerance: f64) -> Option<Promise> {
+        if let Some(paused) = &self.paused {
+            let (done, effort) = (paused.part(case), paused.evaluations());
+            let whole = effort / done.max(1e-9);
+            let next = if self.rungs.is_empty() { EFFORT * whole } else { 0.0 };
+            return Some(Promise { cost: whole - effort + next, knob: paused.knob });
+        }
         let last = self.rungs.last()?;
         let [least, most] = FINER[usize::from(self.controlled)];
         // The first controlled run is told from the others by their errors, not by its own.
-        if last.samples.len() < SAMPLES || !error.is_finite() || self.controlled && self.rungs.len() == 1 {
+        if !last.whole() || !error.is_finite() || self.controlled && self.rungs.len() == 1 {
             return self.second();
         }
-        let order = self.order(self.rungs.len() - 1).unwrap_or(1.0);
-        let wanted = (error / (AIM * tolerance)).powf(1.0 / order).max(least);
-        let cost = self.finer(wanted)?.cost;
+        let k = self.rungs.len() - 1;
+        let most = if self.controlled || self.smooth(k) { most } else { DOUBLE };
+        // The difference of two runs of first order is what the finer one errs.
+        let error = if self.controlled { error } else { last.difference.map_or(error, |apart| error.min(apart)) };
+        let least_order = if self.smooth(k) { EXPECTED } else { NONE };
+        let order = self.order(k).unwrap_or(1.0).max(least_order);
+        let wanted = (error / (AIM[usize::from(self.smooth(k))] * tolerance)).powf(1.0 / order).max(least);
+        // Too far to arrive: but a finer run tells until when there is agreement.
+        let cost = self.finer(wanted).map_or(f64::INFINITY, |promise| promise.cost);
         Some(Promise { cost, ..self.finer(wanted.min(most))? })
     }
 
-    /// Takes the next run, or gives up where it takes more than `most` evaluations. Out: its evaluations.
-    pub fn climb(&mut self, case: &Case, law: &'static Law, knob: f64, most: usize) -> usize {
-        let mut rung = self.run(case, law, knob, most);
-        let evaluations = rung.evaluations;
-        if evaluations > most {
-            self.least = 2.0 * evaluations as f64;
-            self.stuck = !self.rungs.is_empty() || most >= MOST_EVALUATIONS;
-            return evaluations;
-        }
-        let whole = |rung: &&Rung| rung.samples.len() == SAMPLES;
-        let last = self.rungs.last().filter(whole);
-        rung.difference = last.and_then(|last| distance(&case.model, &last.samples, &rung.samples));
-        self.rungs.push(rung);
-        let k = self.rungs.len() - 1;
-        // Once may be an accident.
-        self.stuck |= k > 3 && [k - 1, k].iter().all(|k| self.order(*k).is_some_and(|order| order <= NONE));
-        evaluations
-    }
-
-    fn run(&self, case: &Case, law: &'static Law, knob: f64, most: usize) -> Rung {
+    /// Takes the next run, or goes on with the one that was begun. One of controlled steps pauses after `most` evaluations, of
+    /// fixed ones it is given up. Out: evaluations.
+    pub fn climb(&mut self, case: &'c Case, law: &'static Law, knob: f64, most: usize) -> usize {
         let mut method = Method { contact: law, integrator: self.integrator, timestep: knob, rounds: ROUNDS };
         if self.controlled {
             method.timestep = case.model.opt.timestep;
-            controlled(case, &method, knob, most)
-        } else {
-            let each = (case.seconds / knob / SAMPLES as f64).round().max(1.0) as usize;
-            method.timestep = case.seconds / (each * SAMPLES) as f64;
-            fixed(case, &method, each, most)
+            let Some(mut paused) = self.paused.take().or_else(|| Paused::new(case, &method, knob)) else {
+                self.stuck = true;
+                return 0;
+            };
+            let before = paused.evaluations();
+            let done = paused.go_on(case, before + most as f64);
+            let taken = (paused.evaluations() - before) as usize;
+            if done {
+                self.add(case, paused.rung(case, &method));
+                return taken + 1;
+            }
+            if paused.evaluations() < MOST_EVALUATIONS as f64 {
+                self.paused = Some(paused);
+            } else {
+                self.stuck = true;
+            }
+            return taken;
         }
+        let between = case.seconds / SAMPLES as f64;
+        let [each, stride] = [between / knob, knob / between].map(|n| n.round().max(1.0) as usize);
+        method.timestep = between * stride as f64 / each as f64;
+        let rung = fixed(case, &method, [each, stride], most);
+        let evaluations = rung.evaluations;
+        if evaluations > most {
+            self.stuck = true;
+        } else {
+            self.add(case, rung);
+        }
+        evaluations
+    }
+
+    fn add(&mut self, case: &Case, rung: Rung) {
+        // The last one may be one that is coarser than the one before.
+        let k = self.rungs.partition_point(|r| r.knob >= rung.knob);
+        self.rungs.insert(k, rung);
+        for k in k..self.rungs.len().min(k + 2) {
+            let before = k.checked_sub(1).map(|before| &self.rungs[before]);
+            self.rungs[k].difference = before.and_then(|before| before.distance(case, &self.rungs[k]));
+        }
+        let k = self.rungs.len() - 1;
+        // Once may be an accident, and large tolerances blind.
+        let fine = !self.controlled || self.rungs[k].knob <= FINE;
+        self.stuck |= k > 3 && fine && [k - 1, k].iter().all(|k| self.order(*k).is_some_and(|order| order <= NONE));
     }
 
     /// One of the runs as what is chosen.
@@ -207,46 +328,83 @@ impl Ladder {
     }
 }
 
-/// A run; it ends early where it diverges or takes more than `most` evaluations.
-fn fixed(case: &Case, method: &Method, each: usize, most: usize) -> Rung {
+/// A run of so many steps for so many samples; it ends early where it diverges or takes more than `most` evaluations.
+fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) -> Rung {
     let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(&case.model), Data::new(&case.model));
-    let (mut samples, mut steps, mut evaluations) = (Vec::new(), 0, 0);
-    'run: for _ in 0..SAMPLES {
+    let (mut samples, mut steps, mut evaluations, mut smooth) = (Vec::new(), 0, 0, true);
+    'run: for _ in 0..SAMPLES / stride {
         for _ in 0..each {
             if evaluations > most || step(&case.model, method, &mut state, &mut data).is_err() {
                 break 'run;
             }
             steps += 1;
             evaluations += data.counts.forwards;
+            smooth &= free(&case.model, &data);
         }
         samples.push(poses(&case.model, &state.qpos, &mut scratch));
     }
-    let (timestep, planned) = (method.timestep, (each * SAMPLES) as f64);
-    Rung { knob: timestep, timestep, samples, steps, planned, evaluations, effort: None, end: state, difference: None }
+    let (timestep, planned) = (method.timestep, (each * SAMPLES / stride) as f64);
+    smooth &= ends_free(case, method, &state, &mut data);
+    evaluations += 1;
+    let (knob, effort, difference, end) = (timestep, None, None, state);
+    Rung { knob, samples, evaluations, stride, timestep, steps, planned, effort, end, smooth, difference }
 }
 
-/// See [`fixed`].
-fn controlled(case: &Case, method: &Method, tolerance: f64, most: usize) -> Rung {
-    let mut scratch = Data::new(&case.model);
-    let (start, end) = (case.start.time, case.start.time + case.seconds);
-    let (mut samples, mut effort, mut last) = (Vec::new(), Effort::default(), case.start.clone());
-    if let Ok(mut run) = Controlled::new(&case.model, method, &case.start, tolerance, end) {
-        'run: for i in 1..=SAMPLES {
-            let time = start + case.seconds * i as f64 / SAMPLES as f64;
-            while run.state().time < time {
-                if run.effort().evaluations > most || run.advance().is_err() {
-                    break 'run;
-                }
-            }
-            let Ok(state) = run.at(time, usize::MAX) else { break };
-            samples.push(poses(&case.model, &state.qpos, &mut scratch));
-            last = state;
-        }
-        effort = run.effort();
+impl<'c> Paused<'c> {
+    fn new(case: &'c Case, method: &Method, tolerance: f64) -> Option<Paused<'c>> {
+        let end = case.start.time + case.seconds;
+        let run = Controlled::new(&case.model, method, &case.start, tolerance, end).ok()?;
+        Some(Paused { run, knob: tolerance, samples: Vec::new(), smooth: true, last: case.start.clone() })
     }
-    let (steps, timestep) = (effort.steps + effort.rejected, method.timestep);
-    // A look takes two evaluations.
-    let evaluations = effort.evaluations + 2 * samples.len();
-    let effort = Some(effort);
-    Rung { knob: tolerance, timestep, samples, steps, planned: 0.0, evaluations, effort, end: last, difference: None }
+
+    fn evaluations(&self) -> f64 {
+        (self.run.effort().evaluations + self.run.looks()) as f64
+    }
+
+    /// Part of the time that is done.
+    fn part(&self, case: &Case) -> f64 {
+        (self.run.state().time - case.start.time) / case.seconds
+    }
+
+    /// Out: whether it is at its end, or cannot go on.
+    fn go_on(&mut self, case: &Case, most: f64) -> bool {
+        let mut scratch = Data::new(&case.model);
+        while self.samples.len() < SAMPLES {
+            let time = case.start.time + case.seconds * (self.samples.len() + 1) as f64 / SAMPLES as f64;
+            while self.run.state().time < time {
+                if self.evaluations() >= most {
+                    return false;
+                }
+                if self.run.advance().is_err() {
+                    return true;
+                }
+                self.smooth &= free(&case.model, self.run.data());
+            }
+            let Ok(state) = self.run.at(time, usize::MAX) else { return true };
+            self.samples.push(poses(&case.model, &state.qpos, &mut scratch));
+            self.last = state;
+        }
+        true
+    }
+
+    fn rung(self, case: &Case, method: &Method) -> Rung {
+        let evaluations = self.evaluations() as usize + 1;
+        let Paused { run, knob, samples, smooth, last: end } = self;
+        let effort = run.effort();
+        let smooth = smooth && ends_free(case, method, &end, &mut Data::new(&case.model));
+        let (timestep, steps, planned) = (method.timestep, effort.steps + effort.rejected, 0.0);
+        let (effort, difference) = (Some(effort), None);
+        Rung { knob, samples, evaluations, stride: 1, timestep, steps, planned, effort, end, smooth, difference }
+    }
+}
+
+/// Whether no constraint acts.
+fn free(model: &Model, data: &Data) -> bool {
+    data.contacts.is_empty() && data.joint_rows.is_empty() && model.equalities.is_empty()
+}
+
+/// The same where a run ends: what began in the last step shows there.
+fn ends_free(case: &Case, method: &Method, end: &State, data: &mut Data) -> bool {
+    forward(&case.model, method, end, data);
+    free(&case.model, data)
 }

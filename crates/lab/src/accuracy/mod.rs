@@ -6,10 +6,9 @@
 //! A ladder is one integrator with knobs x₀ > x₁ > …: its timestep, or where it controls its steps their tolerance. What a run
 //! errs is told by how far it is from others: from the next of its own ladder, and from those of integrators of other order,
 //! which err otherwise (`ladder`). How errors shrink from knob to knob predicts which knob reaches the tolerance, and at what
-//! cost. The ladder whose prediction is cheapest takes the next step, until a run has an error, with a margin, within the
-//! tolerance. A ladder begins when its first run costs little beside what the others promise; so the search costs little
-//! more than the run that it finds. Cost is counted in evaluations of the accelerations, so that the same scene gives the
-//! same choice on every machine.
+//! cost; what the beginning of a controlled run took predicts what the whole will. The ladder whose prediction is cheapest
+//! takes the next run, or goes on with its own, until a run has an error, with a margin, within the tolerance. Cost is counted
+//! in evaluations of the accelerations, so that the same scene gives the same choice on every machine.
 //!
 //! Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, §II.4 (Richardson).
 
@@ -29,7 +28,7 @@ use super::sweep::trajectory::{Pose, distance};
 use penny::contact::Law;
 use penny::control::Effort;
 use penny::forward::Method;
-use penny::integrate;
+use penny::integrate::{self, Integrator};
 use penny::state::State;
 
 /// Times at which runs are compared, besides the start.
@@ -92,12 +91,15 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// A run that may tell nothing is worth trying where it costs at most this part of what the others promise.
-const ENTRY: f64 = 1.0 / 128.0;
-/// A first run of controlled steps may cost this part of it.
-const PILOT: f64 = 0.25;
-/// The first ladder goes on, before controlled steps are tried, while it promises to arrive by this many times its next run.
+/// Fixed steps that diverge are halved while there are so many a sample at most.
+const CHEAP: f64 = 4.0;
+/// Where nothing is known of fixed steps they are reckoned to take this many times the next run.
+const UNKNOWN: f64 = 4.0;
+/// No controlled steps are tried while the first ladder promises to arrive by this many times what was spent.
 const SOON: f64 = 4.0;
+/// The beginning of a run of controlled steps, which tells its cost, may take this part of what was spent, or one evaluation a
+/// sample.
+const FORETASTE: f64 = 0.5;
 /// A run that takes this many times what was promised is given up.
 const OVERRUN: f64 = 4.0;
 /// A run of more evaluations is not tried.
@@ -122,14 +124,12 @@ pub fn choose(case: &Case, law: &'static Law, tolerance: f64, budget: &Budget) -
     }
 }
 
-/// All methods, cheap and stable steps first.
-fn ladders() -> Vec<Ladder> {
-    let fixed = integrate::ALL.iter().map(|i| Ladder::new(i, false));
+/// Fixed steps that are the cheapest and the most stable of their cost, and all that can be controlled.
+fn ladders<'c>() -> Vec<Ladder<'c>> {
+    let cheap = |i: &&'static Integrator| (i.implicit, i.order, usize::MAX - i.implicit_dampers as usize);
+    let fixed = integrate::ALL.iter().copied().min_by_key(cheap).map(|i| Ladder::new(i, false));
     let controlled = integrate::ALL.iter().filter(|i| i.estimate.is_some()).map(|i| Ladder::new(i, true));
-    let mut all: Vec<Ladder> = fixed.chain(controlled).collect();
-    let dampers = |l: &Ladder| l.integrator.implicit_dampers as usize;
-    all.sort_by_key(|l| (l.controlled, l.integrator.implicit, l.integrator.order, usize::MAX - dampers(l)));
-    all
+    fixed.into_iter().chain(controlled).collect()
 }
 
 /// All runs so far.
@@ -137,7 +137,7 @@ struct Search<'c> {
     case: &'c Case,
     law: &'static Law,
     tolerance: f64,
-    ladders: Vec<Ladder>,
+    ladders: Vec<Ladder<'c>>,
     trial: usize,
 }
 
@@ -154,14 +154,14 @@ impl Search<'_> {
         let others = self.ladders.iter().filter(|l| l.integrator.order != of.integrator.order);
         let apart =
             others.flat_map(|l| &l.rungs).filter_map(|other| distance(&self.case.model, samples, &other.samples));
-        apart.fold(self.bound(ladder, rung).most(), f64::min)
+        apart.fold(self.bound(ladder, rung).most, f64::min)
     }
 
     /// The cheapest run that is good enough.
     fn good(&self) -> Option<Choice> {
         let all = self.ladders.iter().enumerate().flat_map(|(i, l)| (0..l.rungs.len()).map(move |k| (i, k)));
         let bounded = all.map(|(i, k)| (i, k, self.bound(i, k)));
-        let good = bounded.filter(|(.., bound)| bound.most() <= self.tolerance);
+        let good = bounded.filter(|(.., bound)| bound.most <= self.tolerance);
         let (i, k, bound) = good.min_by_key(|(i, k, _)| self.ladders[*i].rungs[*k].evaluations)?;
         Some(self.ladders[i].choice(k, self.law, bound.error, self.trial))
     }
@@ -169,48 +169,57 @@ impl Search<'_> {
     /// The next ladder to climb, its knob, and the evaluations that the run may take.
     fn next(&self) -> Option<(usize, f64, usize)> {
         let most = |cost: f64| cost.min(MOST_EVALUATIONS as f64) as usize;
-        let begun = |l: &Ladder| !l.rungs.is_empty();
         let first = |i: usize, cost: f64| Some((i, self.ladders[i].first(self.case, self.tolerance), most(cost)));
-        // What is promised, by ladders of which enough is known.
-        let known = |i: &usize| self.ladders[*i].rungs.len() > 1 || self.ladders[*i].controlled;
-        let all = (0..self.ladders.len()).filter(known).filter_map(|i| Some((i, self.promise(i)?)));
-        let best = all.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        let cost = best.map_or(f64::INFINITY, |(_, promise)| promise.cost);
-        // The first controlled run may take what fixed ones took so far, and where it needs more these go on.
-        let spent = self.ladders[0].rungs.iter().map(|r| r.evaluations as f64).sum::<f64>();
-        let controlled = self.ladders.iter().position(|l| l.controlled && !begun(l) && l.least().is_finite());
-        let pilot = controlled.filter(|i| self.ladders[*i].least() <= spent);
-        // Fixed steps may come nearer sooner than their first runs promise: one more doubling, where it costs little.
-        let little = |i: &usize| {
-            let ladder = &self.ladders[*i];
-            let next = if begun(ladder) { ladder.second().map(|p| p.cost) } else { Some(ladder.least()) };
-            let share = if *i == 0 { PILOT } else { ENTRY };
-            let near =
-                *i == 0 && self.untried() && (!known(i) || cost <= SOON * next.unwrap_or(0.0) || pilot.is_none());
-            let near = near && next.is_some();
-            !ladder.controlled && (near || !self.untried() && next.is_some_and(|next| next <= share * cost))
-        };
-        if let Some(i) = (0..self.ladders.len()).find(little) {
-            return match self.ladders[i].second() {
-                Some(second) => Some((i, second.knob, most(OVERRUN * second.cost))),
-                None => first(i, OVERRUN * PILOT * cost),
-            };
+        let climb = |(i, promise): (usize, ladder::Promise)| Some((i, promise.knob, most(OVERRUN * promise.cost)));
+        let unbegun = |i: &usize| self.ladders[*i].unbegun() && self.ladders[*i].may_begin();
+        let (fixed, spent) = (&self.ladders[0], self.trial as f64);
+        // Two runs of fixed steps, or until they do not diverge.
+        if unbegun(&0) {
+            return first(0, f64::INFINITY);
         }
-        // Controlled steps see what fixed ones miss: each kind in turn, where it may be cheaper.
-        if let Some(i) = controlled.filter(|i| self.ladders[*i].least() <= PILOT * cost) {
-            return first(i, if self.untried() { cost.min(spent.max(self.ladders[i].least())) } else { PILOT * cost });
+        let few = fixed.rungs.len() == 1 || !fixed.any_whole();
+        if let (true, Some(second)) = (few, fixed.second().filter(|p| p.cost <= CHEAP * SAMPLES as f64)) {
+            return climb((0, second));
         }
-        best.map(|(i, promise)| (i, promise.knob, most(OVERRUN * promise.cost)))
+        // Where two runs do not tell enough yet, fixed steps need a few more.
+        let more = |i: usize| if i == 0 && !fixed.known() { UNKNOWN } else { 1.0 };
+        let promise = |i: usize| self.promise(i).map(|p| (i, ladder::Promise { cost: more(i) * p.cost, ..p }));
+        let mut all: Vec<(usize, ladder::Promise)> = (0..self.ladders.len()).filter_map(promise).collect();
+        all.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let cost = all.first().map_or(f64::INFINITY, |(_, promise)| promise.cost);
+        if cost <= SOON * spent && self.untried() {
+            return climb(*all.first()?);
+        }
+        // The beginning of a run of controlled steps tells its cost.
+        if let Some(i) = (1..self.ladders.len()).rev().find(unbegun) {
+            return first(i, (FORETASTE * spent).max(SAMPLES as f64));
+        }
+        let (i, promise) = *all.first()?;
+        if i == 0 {
+            return climb((i, promise));
+        }
+        // Where things touch, fixed steps may come nearer sooner than they promise, and controlled ones later: each takes
+        // as much as the other did.
+        let smooth = fixed.rungs.last().is_some_and(|last| last.smooth);
+        let taken: f64 = fixed.rungs.iter().map(|r| r.evaluations as f64).sum();
+        let double = fixed.double().filter(|double| double.cost <= 2.0 * (spent - taken));
+        if let (false, Some(double)) = (smooth, double) {
+            return climb((0, double));
+        }
+        // Until another promises more.
+        let next = all.get(1).map_or(f64::INFINITY, |(_, promise)| promise.cost);
+        let next = if smooth { next } else { next.min(2.0 * taken) };
+        Some((i, promise.knob, most(next.max(0.25 * spent))))
     }
 
     /// Whether there was no run of controlled steps.
     fn untried(&self) -> bool {
-        self.ladders.iter().all(|l| !l.controlled || l.rungs.is_empty())
+        self.ladders.iter().all(|l| !l.controlled || l.unbegun())
     }
 
     fn promise(&self, i: usize) -> Option<ladder::Promise> {
-        let last = self.ladders[i].rungs.len().checked_sub(1)?;
-        self.ladders[i].promise(self.guess(i, last), self.tolerance)
+        let error = self.ladders[i].rungs.len().checked_sub(1).map_or(f64::INFINITY, |last| self.guess(i, last));
+        self.ladders[i].promise(self.case, error, self.tolerance)
     }
 
     fn climb(&mut self, i: usize, knob: f64, most: usize) {
@@ -222,6 +231,9 @@ impl Search<'_> {
         let mut found = Refusal { until: 0.0, reached: f64::INFINITY, by: "none", stuck, trial: self.trial };
         for (i, ladder) in self.ladders.iter().enumerate() {
             let [.., before, last] = &ladder.rungs[..] else { continue };
+            if before.samples.len() != last.samples.len() {
+                continue;
+            }
             let error = self.bound(i, ladder.rungs.len() - 1).error;
             if error < found.reached {
                 (found.reached, found.by) = (error, ladder.integrator.name);

@@ -76,7 +76,7 @@ impl Run<'_> {
         let part = time - before.time;
         if (state.time - time).abs() <= tiny || part <= tiny {
             let at = if part <= tiny { &*before } else { &*state };
-            return Ok(at.clone());
+            return Ok(State { time, ..at.clone() });
         }
         let mut found = before.clone();
         step(model, &Method { timestep: part, ..*method }, &mut found, look).map_err(Failed::Step)?;
