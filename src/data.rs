@@ -385,26 +385,39 @@ impl Stages {
 }
 
 impl Data {
+    /// Buffers for poses of a model; nothing in them yet.
+    pub(crate) fn posed(model: &Model) -> Data {
+        let (n, joints, geoms) = (model.bodies.len(), model.joints.len(), model.geoms.len());
+        // Free bodies have no use for the axes of their dofs.
+        let axes = if model.trees.iter().all(|tree| tree.free.is_some()) { 0 } else { model.nv };
+        Data {
+            plan: Plan::new(model),
+            revision: model.revision(),
+            xpos: vec![Vec3::zeros(); n],
+            xquat: vec![Quat::identity(); n],
+            xmat: vec![Mat3::identity(); n],
+            xanchor: vec![Vec3::zeros(); joints],
+            xaxis: vec![Vec3::zeros(); joints],
+            geom_xpos: vec![Vec3::zeros(); geoms],
+            geom_xmat: vec![Mat3::identity(); geoms],
+            movers: vec![Mover::default(); n],
+            timestep: model.opt.timestep,
+            cdof: vec![Vec6::zeros(); axes],
+            ..Data::default()
+        }
+    }
+
     /// Buffers for a model; nothing in them yet.
     pub(crate) fn blank(model: &Model) -> Data {
         let n = model.bodies.len();
         let zeros = vec![0.0; model.nv];
-        let plan = Plan::new(model);
+        let posed = Data::posed(model);
+        let plan = &posed.plan;
         let entries = plan.pattern.size();
         let moments = vec![0.0; model.nv * plan.moments.iter().flatten().count()];
         let (ten_j, eq_j) = (vec![0.0; plan.tendon_numbers], vec![0.0; plan.equality_numbers]);
         let of_tendons = vec![0.0; model.tendons.len()];
         Data {
-            plan,
-            revision: model.revision(),
-            xpos: vec![Vec3::zeros(); n],
-            xquat: vec![Quat::identity(); n],
-            xmat: vec![Mat3::identity(); n],
-            xanchor: vec![Vec3::zeros(); model.joints.len()],
-            xaxis: vec![Vec3::zeros(); model.joints.len()],
-            geom_xpos: vec![Vec3::zeros(); model.geoms.len()],
-            geom_xmat: vec![Mat3::identity(); model.geoms.len()],
-            movers: vec![Mover::default(); n],
             qfrc_bias: zeros.clone(),
             qfrc_passive: zeros.clone(),
             qfrc_actuator: zeros.clone(),
@@ -418,7 +431,6 @@ impl Data {
             ten_j,
             ten_rate: of_tendons,
             ten_bounded: vec![false; model.tendons.len()],
-            timestep: model.opt.timestep,
             actuator_force: vec![0.0; model.actuators.len()],
             qfrc_smooth: zeros.clone(),
             qacc_smooth: zeros.clone(),
@@ -432,19 +444,11 @@ impl Data {
             crb: vec![Inertia::default(); n],
             planar: plane::Scratch::new(model),
             stages: Stages::new(model.nq, model.nv, model.na, entries),
-            contacts: Vec::new(),
-            detect: Scratch::default(),
-            joint_rows: Vec::new(),
-            ties: Vec::new(),
             eq_j,
             qacc: zeros.clone(),
             qfrc_constraint: zeros,
             sensordata: vec![0.0; model.nsensordata],
-            counts: Counts::default(),
-            solver: Outcome::default(),
-            unsolved: 0,
-            unconverged: 0,
-            scratch: Scratchpad::default(),
+            ..posed
         }
     }
 }

@@ -11,7 +11,7 @@ impl Data {
     ///
     /// There is room for all contacts that the scene can have, so that no step allocates after the first.
     pub fn new(model: &Model) -> Data {
-        let mut data = Data::blank(model);
+        let mut data = Data::without_contacts(model);
         // A limited joint may be near both its ends.
         let joints = data.plan.dry.len() + 2 * data.plan.limited.len();
         let contacts = collision::room(model);
@@ -20,15 +20,21 @@ impl Data {
         data.ties.reserve(data.plan.most_ties(model));
         let scratch = contact::Scratch::new(model, contacts, joints, &data);
         data.scratch.put(Box::new(scratch));
+        data
+    }
+
+    /// The same without room for contacts: enough for dynamics without them.
+    pub(crate) fn without_contacts(model: &Model) -> Data {
+        let mut data = Data::blank(model);
         dynamics::prepare(model, &mut data);
         data
     }
 
-    /// The same without room for forces, which a step makes when it needs it: enough to see where things are and what
-    /// touches.
+    /// The same without room for velocities and forces: enough to see where things are and what touches.
     pub fn for_poses(model: &Model) -> Data {
-        let mut data = Data::blank(model);
-        dynamics::prepare(model, &mut data);
+        let mut data = Data::posed(model);
+        dynamics::prepare_poses(model, &mut data);
+        dynamics::kinematics(model, &model.qpos0, &mut data);
         data
     }
 

@@ -17,7 +17,7 @@ use crate::model::{self, FreeBody, JointKind, Model, Tree};
 pub fn fill(model: &mut Model) -> Result<(), usize> {
     // Free bodies need none of it.
     let articulated = model.trees.iter().any(|tree| tree.free.is_none());
-    let mut data = if articulated { Data::new(model) } else { Data::default() };
+    let mut data = if articulated { Data::without_contacts(model) } else { Data::default() };
     for t in 0..model.trees.len() {
         if let Some(free) = model.trees[t].free.clone() {
             fill_free(model, t, &free);
@@ -46,13 +46,20 @@ fn fill_free(model: &mut Model, t: usize, free: &FreeBody) {
     let rotational = free.inertia.map(|i| 1.0 / i).mean();
     let Tree { bodies, dofs, .. } = &model.trees[t];
     let (bodies, dofs) = (bodies.clone(), dofs.clone());
-    let mut poses = vec![(Vec3::zeros(), crate::math::Quat::identity())];
+    let root = (Vec3::zeros(), crate::math::Quat::identity());
+    // Of the bodies behind the root.
+    let mut poses = Vec::new();
     for b in bodies.clone() {
-        if b > bodies.start {
-            let (pos, quat) = poses[model.bodies[b].parent - bodies.start];
-            poses.push((pos + quat * model.bodies[b].pos, quat * model.bodies[b].quat));
-        }
-        let (pos, quat) = poses[b - bodies.start];
+        let body = &model.bodies[b];
+        let (pos, quat) = match b - bodies.start {
+            0 => root,
+            _ => {
+                let above = body.parent - bodies.start;
+                let (pos, quat) = above.checked_sub(1).map_or(root, |i| poses[i]);
+                poses.push((pos + quat * body.pos, quat * body.quat));
+                poses[poses.len() - 1]
+            }
+        };
         model.parts_mut().bodies[b].invweight0 = [lightness(pos + quat * model.bodies[b].ipos), rotational];
     }
     for (i, dof) in model.parts_mut().dofs[dofs].iter_mut().enumerate() {
@@ -65,12 +72,12 @@ fn slides_simply(model: &Model, tree: &Tree) -> bool {
     let body = &model.bodies[tree.bodies.start];
     let along_axis = |axis: &Vec3| axis.iter().filter(|x| **x != 0.0).count() == 1;
     tree.bodies.len() == 1
-        && !inert(model, tree)
         && body.ipos == Vec3::zeros()
         && body.iquat.w.abs() == 1.0
         && model.joints[body.joints.clone()]
             .iter()
             .all(|j| j.kind == JointKind::Slide && along_axis(&j.axis) && j.pos == Vec3::zeros())
+        && !inert(model, tree)
 }
 
 /// Whether a tendon with inertia touches the tree.

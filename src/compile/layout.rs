@@ -81,6 +81,7 @@ fn reserve(world: &mut World, body: &spec::Body) {
     }
     world.bodies.reserve_exact(bodies);
     world.body_specs.reserve_exact(bodies);
+    world.trees.reserve_exact(body.children.len());
     world.geoms.reserve_exact(geoms);
     world.geom_specs.reserve_exact(geoms);
     world.joints.reserve_exact(joints);
@@ -341,7 +342,7 @@ fn add_geom<'a>(world: &mut World<'a>, geom: &'a spec::Geom, body: usize, compil
         fluid: None,
         rgba: geom.rgba,
     };
-    made.fluid = geom.fluid.map(|coef| fluid::virtual_inertia(coef, &fluid::semiaxes(&made)));
+    made.fluid = geom.fluid.as_deref().map(|coef| fluid::virtual_inertia(*coef, &fluid::semiaxes(&made)));
     world.geoms.push(made);
     world.geom_specs.push(geom);
 }

@@ -9,8 +9,9 @@ use crate::model::{Body, Dof, FreeBody, Geom, Joint, JointKind, Tree};
 
 /// Fills everything about mass into a scene that is laid out: bodies and free bodies.
 pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
+    let mut pieces = Vec::new();
     for id in 1..world.bodies.len() {
-        fill_body(world, id, &spec.compiler, log);
+        fill_body(world, id, &spec.compiler, &mut pieces, log);
     }
     if !log.errors.is_empty() {
         return;
@@ -32,13 +33,13 @@ pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
     }
 }
 
-/// Mass and inertia of one body: from `<inertial>` or from its geoms, then the bounds of `<compiler>`.
-fn fill_body(world: &mut World, id: usize, compiler: &spec::Compiler, log: &mut Log) {
+/// Mass and inertia of one body: from `<inertial>` or from its geoms, then the bounds of `<compiler>`. `pieces`: a buffer.
+fn fill_body(world: &mut World, id: usize, compiler: &spec::Compiler, pieces: &mut Vec<Principal>, log: &mut Log) {
     let spec = world.body_specs[id];
-    let pieces = geom_pieces(world, id, compiler);
+    geom_pieces(world, id, compiler, pieces);
     let infer = compiler.inertiafromgeom.unwrap_or(spec.inertial.is_none());
     let found = match (&spec.inertial, infer && !pieces.is_empty()) {
-        (_, true) => match from_geoms(&pieces) {
+        (_, true) => match from_geoms(pieces) {
             Some(found) => found,
             None => return log.error(spec.node, ProblemKind::MassOverflow, "check the sizes, positions and densities"),
         },
@@ -79,9 +80,9 @@ struct Principal {
 }
 
 /// The geoms of a body that have mass and count: group within `inertiagrouprange`.
-fn geom_pieces(world: &World, id: usize, compiler: &spec::Compiler) -> Vec<Principal> {
+fn geom_pieces(world: &World, id: usize, compiler: &spec::Compiler, pieces: &mut Vec<Principal>) {
     let [low, high] = compiler.inertiagrouprange;
-    let mut pieces = Vec::new();
+    pieces.clear();
     for g in world.bodies[id].geoms.clone() {
         let (geom, spec) = (&world.geoms[g], world.geom_specs[g]);
         let piece = geom_piece(geom, spec);
@@ -89,7 +90,6 @@ fn geom_pieces(world: &World, id: usize, compiler: &spec::Compiler) -> Vec<Princ
             pieces.push(piece);
         }
     }
-    pieces
 }
 
 fn geom_piece(geom: &Geom, spec: &spec::Geom) -> Principal {

@@ -62,10 +62,14 @@ pub struct Hinge {
 /// The links of a tree.
 pub fn links(model: &Model, tree: &Tree) -> Vec<Link> {
     let jointed = |b: &usize| model.bodies[*b].weld == *b;
+    let mut welded = vec![Vec::new(); tree.bodies.len()];
+    for b in tree.bodies.clone().filter(|b| !jointed(b)) {
+        welded[model.bodies[b].weld - tree.bodies.start].push(b);
+    }
     let link = |b: usize| {
         let body = &model.bodies[b];
         let parent = if b == tree.bodies.start { NONE } else { model.bodies[body.parent].weld };
-        let (mass, com, inertia) = rigid(model, tree, b);
+        let (mass, com, inertia) = rigid(model, b, &welded[b - tree.bodies.start]);
         Link { body: b, parent, joints: body.joints.clone(), dofs: body.dofs.clone(), mass, com, inertia, turning: 0.0 }
     };
     tree.bodies.clone().filter(jointed).map(link).collect()
@@ -74,12 +78,13 @@ pub fn links(model: &Model, tree: &Tree) -> Vec<Link> {
 /// Mass, centre of mass and inertia about it of a body with joints and what is welded to it, in the body's frame.
 ///
 ///     m = Σ mᵢ,   c = Σ mᵢ cᵢ / m,   I = Σ Rᵢ Iᵢ Rᵢᵀ − mᵢ [cᵢ − c]²
-fn rigid(model: &Model, tree: &Tree, first: usize) -> (f64, Vec3, Sym3) {
+fn rigid(model: &Model, first: usize, welded: &[usize]) -> (f64, Vec3, Sym3) {
     let mut parts: Vec<(usize, Vec3, Mat3)> = vec![(first, Vec3::zeros(), Mat3::identity())];
-    for b in (first + 1..tree.bodies.end).filter(|&b| model.bodies[b].weld == first) {
+    for &b in welded {
         let body = &model.bodies[b];
         // A parent comes before its children, and is welded to the same body.
-        if let Some((_, pos, axes)) = parts.iter().find(|part| part.0 == body.parent).copied() {
+        if let Ok(parent) = parts.binary_search_by_key(&body.parent, |part| part.0) {
+            let (_, pos, axes) = parts[parent];
             parts.push((b, pos + axes * body.pos, axes * mat(&body.quat)));
         }
     }

@@ -33,23 +33,30 @@ use crate::state::State;
 
 /// Computes what no step has to: poses of what never moves, axes, inertia and bias of trees that only slide.
 pub fn prepare(model: &Model, data: &mut Data) {
+    prepare_poses(model, data);
+    let (gravity, at_rest) = (gravity(model), vec![0.0; model.nv]);
+    for (t, tree) in model.trees.iter().enumerate() {
+        if let Some(free) = &tree.free {
+            data.movers[tree.bodies.start].minv = free::prepare(free);
+        } else if !tree.rotates {
+            inertia_matrix(model, t, data);
+            bias::bias(model, t, &gravity, &at_rest, data);
+        }
+    }
+    kinematics(model, &model.qpos0, data);
+    tendon::tendons(model, &model.qpos0, &at_rest, data);
+}
+
+/// Poses of what never moves, and axes of trees that only slide.
+pub fn prepare_poses(model: &Model, data: &mut Data) {
     for b in (1..model.bodies.len()).filter(|&b| model.bodies[b].tree.is_none()) {
         kinematics::weld(model, b, data);
     }
     let still = plan::touching(model, false);
     kinematics::geoms(&still, &data.xpos, &data.xmat, &mut data.geom_xpos, &mut data.geom_xmat);
-    let gravity = gravity(model);
-    for (t, tree) in model.trees.iter().enumerate() {
-        if let Some(free) = &tree.free {
-            data.movers[tree.bodies.start].minv = free::prepare(free);
-        } else if !tree.rotates {
-            kinematics::sliding_axes(model, tree, data);
-            inertia_matrix(model, t, data);
-            bias::bias(model, t, &gravity, &vec![0.0; model.nv], data);
-        }
+    for tree in model.trees.iter().filter(|tree| tree.free.is_none() && !tree.rotates) {
+        kinematics::sliding_axes(model, tree, data);
     }
-    kinematics(model, &model.qpos0, data);
-    tendon::tendons(model, &model.qpos0, &vec![0.0; model.nv], data);
 }
 
 /// Where everything that moves is.

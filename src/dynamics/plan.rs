@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::blocks::{Block, blocks};
 use super::factor::Pattern;
-use super::links::{Link, Mount, NONE, links, mount};
+use super::links::{Link, Mount, NONE, links, mount, orientations};
 use super::plane::Plane;
 use crate::math::{MIN_VAL, Mat3, Vec3, mat};
 use crate::model::{Actuator, EqualityKind, Joint, JointKind, Model, Tendon, Transmission, Tree};
@@ -161,9 +161,10 @@ impl Plan {
         let with_matrix = model.trees.iter().filter(|t| t.free.is_none()).map(|t| &t.dofs);
         let welded = |b: &usize| model.bodies[*b].weld != *b;
         let (mut links, links_of) = by_tree(model, |tree| links(model, tree));
+        let turned = orientations(model);
         let mut plane = |(tree, of): (&Tree, &Range<usize>)| {
             let turns = tree.free.is_none() && tree.rotates;
-            turns.then(|| Plane::of(model, tree, &mut links[of.clone()])).flatten()
+            turns.then(|| Plane::of(model, tree, &turned, &mut links[of.clone()])).flatten()
         };
         let planes = model.trees.iter().zip(&links_of).map(&mut plane).collect();
         let (welded, welded_in) = by_tree(model, |tree| tree.bodies.clone().filter(welded).collect());

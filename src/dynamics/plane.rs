@@ -2,9 +2,9 @@
 //!
 //! The formulas stand in [`planar`](super::planar), which uses them.
 
-use super::links::{Link, joints_of, orientations};
+use super::links::{Link, joints_of};
 use super::spatial::{ang, lin};
-use crate::math::{Vec3, Vec6};
+use crate::math::{Mat3, Vec3, Vec6};
 use crate::model::{JointKind, Model, Tree};
 
 /// How far from a plane a direction may be: what rounding does to one.
@@ -52,12 +52,13 @@ impl Scratch {
 
 impl Plane {
     /// The plane in which a tree moves, if it moves in one and can turn. Writes: turning of the links.
-    pub fn of(model: &Model, tree: &Tree, links: &mut [Link]) -> Option<Plane> {
+    ///
+    /// `turned`: how each body is turned in the world in `qpos0`.
+    pub fn of(model: &Model, tree: &Tree, turned: &[Mat3], links: &mut [Link]) -> Option<Plane> {
         // What hangs on a mocap body may be turned with it.
         if model.bodies[model.bodies[tree.bodies.start].parent].weld != 0 {
             return None;
         }
-        let turned = orientations(model);
         let joints = &model.joints[joints_of(model, tree)];
         let axis = |kind| move |j: &&crate::model::Joint| j.kind == kind;
         let direction = |j: &crate::model::Joint| turned[j.body] * j.axis;

@@ -77,7 +77,8 @@ impl Reader<'_> {
             self.problems.push(problem);
         }
         let class = Some(item.word("childclass")).filter(|c| !c.is_empty()).unwrap_or(context.class);
-        self.children(node, &mut body, &Context { class, frames: &no_frames(), depth: context.depth + 1 });
+        let frames = self.no_frames.clone();
+        self.children(node, &mut body, &Context { class, frames: &frames, depth: context.depth + 1 });
         Some(body)
     }
 
@@ -257,7 +258,7 @@ impl Reader<'_> {
             name: item.name(),
             kind,
             pose: item.pose(context.frames),
-            fromto: item.optional("fromto"),
+            fromto: item.optional("fromto").map(Box::new),
             size,
             mass: item.optional::<1>("mass").map(|[mass]| mass),
             density: item.number("density"),
@@ -273,7 +274,7 @@ impl Reader<'_> {
             solimp: item.array("solimp"),
             margin: item.number("margin"),
             gap: item.number("gap"),
-            fluid: (item.word("fluidshape") == "ellipsoid").then(|| item.array("fluidcoef")),
+            fluid: (item.word("fluidshape") == "ellipsoid").then(|| Box::new(item.array("fluidcoef"))),
             rgba: item.array::<4>("rgba").map(|c| c as f32),
         });
     }

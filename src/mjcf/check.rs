@@ -362,9 +362,9 @@ impl<'a> Check<'a> {
     }
 
     fn required(&mut self, node: NodeId, row: &'static Row, element: &str) {
-        for column in row.typed_attributes().filter(|c| c.required) {
-            if self.document.attribute(node, column.name).is_none() {
-                let kind = ProblemKind::MissingAttribute { element: element.into(), attribute: column.name.into() };
+        for &attribute in &row.required {
+            if self.document.attribute(node, attribute).is_none() {
+                let kind = ProblemKind::MissingAttribute { element: element.into(), attribute: attribute.into() };
                 self.report(kind, self.document.span(node));
             }
         }
@@ -425,6 +425,7 @@ impl<'a> Check<'a> {
         if self.separators(attribute, min, max) {
             return;
         }
+        let all = linted(attribute, column);
         for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
             match word.parse::<f64>() {
                 Err(_) => {
@@ -435,7 +436,7 @@ impl<'a> Check<'a> {
                     let kind = ProblemKind::NumberTooLarge { word: word.into() };
                     self.wrong(kind, attribute, i, "the largest is about `1.8e308`");
                 }
-                Ok(value) => self.rule(attribute, column, value, word, i),
+                Ok(value) => self.rule(attribute, column, &all, value, word, i),
             }
         }
         self.count(attribute, column, min, max, "number");
@@ -445,10 +446,11 @@ impl<'a> Check<'a> {
         if self.separators(attribute, min, max) {
             return;
         }
+        let all = linted(attribute, column);
         for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
             let digits = word.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit());
             match word.parse::<i64>() {
-                Ok(value) if i32::try_from(value).is_ok() => self.rule(attribute, column, value as f64, word, i),
+                Ok(value) if i32::try_from(value).is_ok() => self.rule(attribute, column, &all, value as f64, word, i),
                 Err(_) if !digits || word.len() <= 9 => {
                     let kind = ProblemKind::NotAnInteger { word: word.into() };
                     self.wrong(kind, attribute, i, suggestions::integer(word));
@@ -485,8 +487,8 @@ impl<'a> Check<'a> {
         true
     }
 
-    /// What a number must be, and then whether it is likely to be meant.
-    fn rule(&mut self, attribute: &Attribute, column: &Column, value: f64, word: &str, index: usize) {
+    /// What a number must be, and then whether it is likely to be meant. `all`: [`linted`].
+    fn rule(&mut self, attribute: &Attribute, column: &Column, all: &[f64], value: f64, word: &str, index: usize) {
         let rule = match column.rule {
             Rule::MayBeInfinite if !value.is_nan() => return,
             _ if !value.is_finite() => {
@@ -498,7 +500,7 @@ impl<'a> Check<'a> {
             Rule::NotNegative if value < 0.0 => "zero or positive".to_string(),
             Rule::AtLeast(least) if value < f64::from(least) => format!("{least} or more"),
             Rule::OneOf(list) if !list.iter().any(|&n| f64::from(n) == value) => or(list.iter().map(i32::to_string)),
-            _ => return self.lint(attribute, column, word, index),
+            _ => return self.lint(attribute, column, all, word, index),
         };
         let positive =
             Some(word.trim_start_matches('-')).filter(|_| value < 0.0 && !matches!(column.rule, Rule::OneOf(_)));
@@ -510,12 +512,8 @@ impl<'a> Check<'a> {
         self.wrong(kind, attribute, index, advice);
     }
 
-    fn lint(&mut self, attribute: &Attribute, column: &Column, word: &str, index: usize) {
-        if column.lint == Lint::None {
-            return;
-        }
-        let all = floats(&attribute.value).unwrap_or_default();
-        if let Some((kind, help)) = lints::number(column.lint, &attribute.name, index, word, &all) {
+    fn lint(&mut self, attribute: &Attribute, column: &Column, all: &[f64], word: &str, index: usize) {
+        if let Some((kind, help)) = lints::number(column.lint, &attribute.name, index, word, all) {
             self.wrong(kind, attribute, index, help);
         }
     }
@@ -541,6 +539,11 @@ impl<'a> Check<'a> {
         let problem = Problem::new(kind, span);
         self.problems.push(Problem { help: hint(column), ..problem });
     }
+}
+
+/// The numbers of an attribute that is to be looked at for what is probably not meant.
+fn linted(attribute: &Attribute, column: &Column) -> Vec<f64> {
+    if column.lint == Lint::None { Vec::new() } else { floats(&attribute.value).unwrap_or_default() }
 }
 
 /// What a column says of its numbers: their default and their unit.

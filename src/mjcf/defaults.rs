@@ -156,6 +156,7 @@ pub fn overlay<'a>(
         own.0.retain(|(name, _)| !ORIENTATIONS.contains(name));
     }
     let mut doubtful = false;
+    own.0.reserve_exact(attributes.len());
     for attribute in attributes {
         let Some(column) = row.attribute(&attribute.name) else {
             continue;

@@ -17,6 +17,8 @@ pub struct Item<'a> {
     own: Values<'a>,
     /// Where the value of each column is.
     at: [Place; Row::COLUMNS],
+    /// Whether some orientation is given.
+    oriented: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -29,10 +31,11 @@ enum Place {
 impl<'a> Item<'a> {
     /// `own`: laid over `inherited`. `turned`: it has an orientation of its own, in whatever form, and inherits none.
     pub fn new(node: NodeId, row: &'static Row, inherited: Arc<Values<'a>>, own: Values<'a>, turned: bool) -> Item<'a> {
-        let mut at = [Place::Default; Row::COLUMNS];
+        let (mut at, mut oriented) = ([Place::Default; Row::COLUMNS], turned);
         for (i, (name, _)) in inherited.iter().enumerate() {
             if let Some(place) = row.place(name).filter(|&place| !(turned && row.columns()[place].orientation)) {
                 at[place] = Place::Inherited(i as u8);
+                oriented |= row.columns()[place].orientation;
             }
         }
         for (i, (name, _)) in own.iter().enumerate() {
@@ -40,7 +43,7 @@ impl<'a> Item<'a> {
                 at[place] = Place::Own(i as u8);
             }
         }
-        Item { node, row, inherited, own, at }
+        Item { node, row, inherited, own, at, oriented }
     }
 
     /// An element that says nothing.
@@ -71,32 +74,29 @@ impl<'a> Item<'a> {
     }
 
     /// The default, and what is given in place of its first numbers.
-    fn parts(&self, name: &str) -> [&[f64]; 2] {
+    fn parts(&self, name: &str) -> (&[f64], Option<&[f64]>) {
         let column = self.row.place(name);
         let default = column.map_or(&[][..], |column| &self.row.columns()[column].numbers);
         match column.map_or_else(|| self.inherited.get(name), |column| self.value_at(column)) {
-            Some(Value::Numbers(given)) => [default, given],
-            _ => [default, &[]],
+            Some(Value::Numbers(given)) => (default, Some(given)),
+            _ => (default, None),
         }
     }
 
     pub fn numbers(&self, name: &str) -> Vec<f64> {
-        let [default, given] = self.parts(name);
-        let mut all = given.to_vec();
-        all.extend(default.iter().skip(given.len()));
-        all
+        let (default, given) = self.parts(name);
+        let given = given.unwrap_or_default();
+        [given, default.get(given.len()..).unwrap_or_default()].concat()
     }
 
     pub fn array<const N: usize>(&self, name: &str) -> [f64; N] {
-        let mut array = [0.0; N];
-        for part in self.parts(name) {
-            array.iter_mut().zip(part).for_each(|(a, v)| *a = *v);
-        }
-        array
+        let (default, given) = self.parts(name);
+        array([default, given.unwrap_or_default()])
     }
 
     pub fn optional<const N: usize>(&self, name: &str) -> Option<[f64; N]> {
-        self.given(name).then(|| self.array(name))
+        let (default, given) = self.parts(name);
+        given.map(|given| array([default, given]))
     }
 
     pub fn number(&self, name: &str) -> f64 {
@@ -108,9 +108,10 @@ impl<'a> Item<'a> {
     }
 
     pub fn word(&self, name: &str) -> &str {
-        match self.value(name) {
+        let column = self.row.place(name);
+        match column.map_or_else(|| self.inherited.get(name), |column| self.value_at(column)) {
             Some(Value::Text(text)) => text,
-            _ => self.row.attribute(name).map_or("", |column| column.default),
+            _ => column.map_or("", |column| self.row.columns()[column].default),
         }
     }
 
@@ -132,7 +133,7 @@ impl<'a> Item<'a> {
     }
 
     pub fn orientation(&self) -> Orientation {
-        match ORIENTATIONS.into_iter().find(|name| self.given(name)) {
+        match ORIENTATIONS.into_iter().filter(|_| self.oriented).find(|name| self.given(name)) {
             Some("quat") => Orientation::Quat(self.array("quat")),
             Some("axisangle") => Orientation::AxisAngle(self.array("axisangle")),
             Some("xyaxes") => Orientation::XyAxes(self.array("xyaxes")),
@@ -145,4 +146,13 @@ impl<'a> Item<'a> {
     pub fn pose(&self, frames: &Arc<[Pose]>) -> Pose {
         Pose { pos: self.array("pos"), orientation: self.orientation(), frames: frames.clone() }
     }
+}
+
+/// Each part over the one before.
+fn array<const N: usize>(parts: [&[f64]; 2]) -> [f64; N] {
+    let mut array = [0.0; N];
+    for part in parts {
+        array.iter_mut().zip(part).for_each(|(a, v)| *a = *v);
+    }
+    array
 }

@@ -12,7 +12,7 @@ use super::suggestions::{neat, unit_of};
 
 /// What is questionable about number `index` of an attribute's `all`, and what to write instead.
 pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64]) -> Option<(ProblemKind, Advice)> {
-    let (attribute, value, word) = (attribute.to_string(), *all.get(index)?, word.to_string());
+    let value = *all.get(index)?;
     match doubt {
         Lint::Clamped(bounds) => {
             let &(low, high) = bounds.get(index).filter(|(low, high)| value < *low || value > *high)?;
@@ -22,12 +22,15 @@ pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64
                 return None;
             }
             let advice = Advice::Word(format!("write `{used}`"), used.to_string());
-            Some((ProblemKind::Clamped { attribute, word, used, low, high }, advice))
+            Some((
+                ProblemKind::Clamped { attribute: attribute.to_string(), word: word.to_string(), used, low, high },
+                advice,
+            ))
         }
         Lint::Raised(least) if value > 0.0 && value < least => {
             let used = least.to_string();
             let help = format!("write `{used}`, or `0` for as little as there can be");
-            Some((ProblemKind::Raised { attribute, word, used }, help.into()))
+            Some((ProblemKind::Raised { attribute: attribute.to_string(), word: word.to_string(), used }, help.into()))
         }
         // One warning a colour: at the first number that is beyond.
         Lint::Colour if all.iter().position(|c| !(0.0..=1.0).contains(c)) == Some(index) => {
@@ -41,18 +44,18 @@ pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64
             } else {
                 "1 is full brightness, 0 is none".into()
             };
-            Some((ProblemKind::ColourCut { attribute, word }, help))
+            Some((ProblemKind::ColourCut { attribute: attribute.to_string(), word: word.to_string() }, help))
         }
         Lint::TooLong(seconds) if value >= seconds => {
             let meant = neat(value / 1e3);
             let advice = Advice::Word(format!("it is in seconds: {word} ms are `{meant}`"), meant);
-            Some((ProblemKind::LongTimestep { word }, advice))
+            Some((ProblemKind::LongTimestep { word: word.to_string() }, advice))
         }
         // Densities in g/cm³ are mostly broken numbers (7.85, 2.7, 1.2); a whole one may be meant.
         Lint::Density if (0.1..23.0).contains(&value) && value.fract() != 0.0 => {
             let meant = neat(value * 1e3);
             let advice = Advice::Word(format!("it is in kg/m³: {word} g/cm³ are `{meant}`"), meant);
-            Some((ProblemKind::LightDensity { word }, advice))
+            Some((ProblemKind::LightDensity { word: word.to_string() }, advice))
         }
         _ => None,
     }

@@ -115,7 +115,8 @@ fn read_text(path: &Path, name: &str, left: usize, limits: &Limits) -> Result<St
         let unread = Unread::from(ProblemKind::NotAFile { file });
         return Err(unread.help("a pipe, a device or a socket is never read: save the scene to a file"));
     }
-    let mut bytes = Vec::new();
+    // Room for one more shows the end of the file without a second buffer.
+    let mut bytes = Vec::with_capacity(about.len().min(left as u64) as usize + 1);
     if about.len() <= left as u64 {
         // It may grow meanwhile.
         let open = std::fs::File::open(path);
@@ -255,7 +256,7 @@ impl Parser<'_> {
             return self.problems.push(problem.help("it is no text: write the file anew, or remove the byte"));
         }
         // Every element begins with one of these; a text of nothing else has no room for itself.
-        let tags = text.bytes().filter(|&c| c == b'<').count() - text.matches("</").count();
+        let tags = text.as_bytes().windows(2).filter(|pair| pair[0] == b'<' && pair[1] != b'/').count();
         self.document.nodes.reserve(tags.min(text.len() / 8).min(1 << 20));
         let mut reader = Reader::from_str(text);
         // End tags are matched here, where both places are known.

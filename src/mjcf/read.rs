@@ -95,6 +95,8 @@ pub struct Reader<'a> {
     /// `<compiler inertiafromgeom>`
     pub inertiafromgeom: Option<bool>,
     classes: Classes<'a>,
+    /// For what stands in no `<frame>`.
+    pub no_frames: Arc<[Pose]>,
     /// What all free joints have in common, once there was one.
     pub free: Option<Joint>,
     /// Meshes by name, those that were asked for.
@@ -106,7 +108,19 @@ pub struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn new(document: &'a Document, names: &'a Names<'a>, problems: &'a mut Vec<Problem>) -> Reader<'a> {
         let (classes, meshes, users, free) = Default::default();
-        Reader { document, names, problems, degree: true, inertiafromgeom: None, classes, meshes, users, free }
+        let no_frames = no_frames();
+        Reader {
+            document,
+            names,
+            problems,
+            degree: true,
+            inertiafromgeom: None,
+            classes,
+            no_frames,
+            meshes,
+            users,
+            free,
+        }
     }
 }
 

@@ -308,6 +308,8 @@ pub struct Row {
     element: &'static Element,
     columns: Vec<Column>,
     places: Names,
+    /// The columns that have to be given.
+    pub required: Vec<&'static str>,
 }
 
 /// A column of a [`Row`].
@@ -348,7 +350,8 @@ impl Row {
         let columns: Vec<Column> = element.typed_attributes().map(column).collect();
         assert!(columns.len() <= Row::COLUMNS, "`{}` has {} columns", element.names, columns.len());
         let places = Names::of(columns.iter().map(|column| column.name));
-        Row { element, columns, places }
+        let required = columns.iter().filter(|column| column.required).map(|column| column.name).collect();
+        Row { element, columns, places, required }
     }
 
     /// Its columns, in the order of the table.

@@ -159,7 +159,8 @@ pub struct Geom {
     pub name: Option<String>,
     pub kind: GeomKind,
     pub pose: Pose,
-    pub fromto: Option<[f64; 6]>,
+    /// Seldom there, as `fluid`.
+    pub fromto: Option<Box<[f64; 6]>>,
     /// As many numbers as were given: 0 to 3.
     pub size: Vec<f64>,
     pub mass: Option<f64>,
@@ -177,7 +178,7 @@ pub struct Geom {
     pub margin: f64,
     pub gap: f64,
     /// `fluidcoef` of a geom that feels the medium as an ellipsoid.
-    pub fluid: Option<[f64; 5]>,
+    pub fluid: Option<Box<[f64; 5]>>,
     pub rgba: [f32; 4],
 }
 

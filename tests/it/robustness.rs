@@ -606,6 +606,7 @@ fn work_grows_with_the_file_only() {
     let body = |i: usize| format!("<body pos='{i} 0 0'><freejoint/>{}</body>", geom(i));
     let cases = [
         ("bodies", world(&("<geom type='plane' size='1 1 1'/>".to_owned() + &many(15_000, &body)))),
+        ("hinges", world(&many(20_000, &|i| format!("<body><joint/>{}</body>", geom(i))))),
         ("fixed geoms", world(&many(30_000, &geom))),
         ("masks that never match", world(&many(5_000, &body).replace("size", "contype='2' conaffinity='4' size"))),
         ("pairs", {

@@ -120,12 +120,13 @@ fn masses(model: &Model) -> Vec<String> {
         let volume: f64 = geoms.iter().map(|g| volume(g.kind, g.size.as_slice())).sum();
         let across = 2.0 * geoms.iter().map(|g| g.rbound).fold(0.0, f64::max);
         let density = body.mass / volume;
-        let name = names::body(model, b);
+        let name = || names::body(model, b);
         // Links of robots are often drawn smaller or larger than they are; what flies alone is what it looks like.
         let alone = body.tree.is_some_and(|t| model.trees[t].free.is_some() && model.trees[t].bodies.len() == 1);
         if volume > 0.0 && (body.mass >= 10.0 || alone) && density > DENSEST {
             dense.push(format!(
-                "{name} weighs {} kg in {}, {} kg/m³ ({} g are {} kg)",
+                "{} weighs {} kg in {}, {} kg/m³ ({} g are {} kg)",
+                name(),
                 short(body.mass),
                 litres(volume),
                 short(density),
@@ -134,14 +135,16 @@ fn masses(model: &Model) -> Vec<String> {
             ));
         } else if across <= 20.0 && alone && density < LIGHTEST {
             light.push(format!(
-                "{name} weighs {} kg in {}, {} kg/m³",
+                "{} weighs {} kg in {}, {} kg/m³",
+                name(),
                 short(body.mass),
                 litres(volume),
                 short(density)
             ));
         } else if across > 20.0 && (body.mass > 1e6 || density < LIGHTEST) {
             large.push(format!(
-                "{name} is {} across and weighs {} kg ({} mm are {} m)",
+                "{} is {} across and weighs {} kg ({} mm are {} m)",
+                name(),
                 si(across, "m"),
                 short(body.mass),
                 short(across),
