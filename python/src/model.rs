@@ -77,7 +77,7 @@ impl MjModel {
         let document = &scene.document;
         let attributes = |n: &mjcf::NodeId| {
             let list = document.node(*n).attributes.iter();
-            list.map(|a| (a.name.to_string(), a.value.clone())).collect::<Vec<_>>()
+            list.map(|a| (a.name.to_string(), a.value.to_string())).collect::<Vec<_>>()
         };
         let root = document.root().map(|root| document.node(root).children.clone()).unwrap_or_default();
         let named = |n: &mjcf::NodeId, name: &str| document.node(*n).name == name;
@@ -89,7 +89,7 @@ impl MjModel {
         let statistic = root.iter().filter(|n| document.node(**n).name == "statistic").flat_map(attributes).collect();
         let source = Source {
             name: scene.model.name.clone(),
-            files: document.files.iter().map(|f| (f.name.clone(), f.text.clone())).collect(),
+            files: document.files.iter().map(|f| (f.name.clone(), f.text.to_string())).collect(),
             warnings: mjcf::render(document, &scene.warnings, false),
             global,
             map,

@@ -104,14 +104,14 @@ impl Writer<'_> {
         for child in nested {
             let Some(class) = document.attribute(child, "class") else { continue };
             let inherited = self.classes.get(name).cloned().unwrap_or_default();
-            self.classes.insert(class.value.clone(), inherited);
+            self.classes.insert(class.value.to_string(), inherited);
             self.class(child, &class.value);
         }
     }
 
     fn own(&self, node: NodeId) -> Values {
         let attributes = &self.document.node(node).attributes;
-        attributes.iter().filter(|a| a.name != "class").map(|a| (a.name.to_string(), a.value.clone())).collect()
+        attributes.iter().filter(|a| a.name != "class").map(|a| (a.name.to_string(), a.value.to_string())).collect()
     }
 
     /// The attributes of an element, those of its class included.
@@ -125,7 +125,7 @@ impl Writer<'_> {
             _ => family(name).to_string(),
         };
         let has_class = row.is_some_and(|row| row.attribute("class").is_some()) && name != "frame";
-        let class = self.document.attribute(node, "class").map_or(class, |a| a.value.as_str());
+        let class = self.document.attribute(node, "class").map_or(class, |a| &*a.value);
         let given = self.classes.get(class).and_then(|class| class.get(&family)).filter(|_| has_class);
         let mut values = given.cloned().unwrap_or_default();
         // A family shares its defaults; each takes what it knows.
@@ -149,7 +149,7 @@ impl Writer<'_> {
                 let values = self.values(node, parent, context.class);
                 let frames: Vec<Pose> = context.frames.iter().cloned().chain([pose(&values)]).collect();
                 let own = ["childclass", "class"].into_iter().filter_map(|name| document.attribute(node, name)).next();
-                let class = own.map_or(context.class, |own| own.value.as_str());
+                let class = own.map_or(context.class, |own| &*own.value);
                 return self.children(node, parent, &Context { class, frames: &frames }, depth);
             }
             _ => {}

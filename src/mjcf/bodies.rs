@@ -318,9 +318,9 @@ impl Reader<'_> {
             document.node(node).children.iter().copied().filter(move |&n| document.node(n).name == of)
         };
         let named = |node: &NodeId| match document.attribute(*node, "name") {
-            Some(own) => own.value == name,
+            Some(own) => &*own.value == name,
             None => document.attribute(*node, "file").is_some_and(|file| {
-                std::path::Path::new(&file.value).file_stem().is_some_and(|stem| stem.to_str() == Some(name))
+                std::path::Path::new(&*file.value).file_stem().is_some_and(|stem| stem.to_str() == Some(name))
             }),
         };
         let meshes = children(document.root()?, "asset").flat_map(|asset| children(asset, "mesh"));

@@ -252,7 +252,7 @@ impl<'a> Check<'a> {
                 let default = &column.numbers;
                 floats(&attribute.value).is_some_and(|v| !default.is_empty() && default.starts_with(&v))
             }
-            _ => attribute.value == column.default,
+            _ => &*attribute.value == column.default,
         };
         if same {
             return;
@@ -285,8 +285,8 @@ impl<'a> Check<'a> {
     fn class(&mut self, node: NodeId, parent: &str) {
         let class = self.document.attribute(node, "class").filter(|a| !a.value.is_empty());
         match (class, parent) {
-            (Some(class), "mujoco") if class.value != MAIN => {
-                let kind = ProblemKind::MainRenamed { name: class.value.clone() };
+            (Some(class), "mujoco") if &*class.value != MAIN => {
+                let kind = ProblemKind::MainRenamed { name: class.value.to_string() };
                 self.problems.push(
                     Problem::new(kind, class.value_span).help("put the class into a `<default>` inside this one"),
                 );
@@ -294,8 +294,8 @@ impl<'a> Check<'a> {
                 self.note(CLASS, &class.value, class.value_span);
             }
             (Some(_), "mujoco") | (None, "mujoco") => {}
-            (Some(class), _) if class.value == MAIN => {
-                let kind = ProblemKind::DuplicateName { what: CLASS.into(), name: class.value.clone() };
+            (Some(class), _) if &*class.value == MAIN => {
+                let kind = ProblemKind::DuplicateName { what: CLASS.into(), name: class.value.to_string() };
                 self.problems.push(Problem::new(kind, class.value_span).help("`main` is the outermost class"));
             }
             (Some(class), _) => self.define(CLASS, &class.value, class.value_span),
@@ -355,7 +355,7 @@ impl<'a> Check<'a> {
         };
         if self.document.attribute(node, "name").is_none()
             && let Some(file) = self.document.attribute(node, "file")
-            && let Some(stem) = std::path::Path::new(&file.value).file_stem().and_then(|stem| stem.to_str())
+            && let Some(stem) = std::path::Path::new(&*file.value).file_stem().and_then(|stem| stem.to_str())
         {
             self.note(what, stem, file.value_span);
         }
@@ -405,11 +405,11 @@ impl<'a> Check<'a> {
     }
 
     fn keyword(&mut self, attribute: &Attribute, words: &[&'static str]) {
-        if words.contains(&attribute.value.as_str()) {
+        if words.contains(&&*attribute.value) {
             return;
         }
         let kind =
-            ProblemKind::UnknownKeyword { attribute: attribute.name.to_string(), value: attribute.value.clone() };
+            ProblemKind::UnknownKeyword { attribute: attribute.name.to_string(), value: attribute.value.to_string() };
         let problem = Problem::new(kind, attribute.value_span);
         if let Some(cure) = removed::value(&attribute.name, &attribute.value) {
             return self.problems.push(problem.help(cure));

@@ -92,7 +92,7 @@ impl<'a> Classes<'a> {
         }
         for child in nested {
             let class = document.attribute(child, "class");
-            let Some(class) = class.filter(|a| !self.classes.contains_key(a.value.as_str())) else {
+            let Some(class) = class.filter(|a| !self.classes.contains_key(&*a.value)) else {
                 continue;
             };
             let inherited = self.classes.get(name).cloned().unwrap_or_default();
@@ -176,7 +176,7 @@ pub fn overlay<'a>(
                 all.extend(rest.iter().skip(all.len()));
                 own.0.push((column.name, Value::Numbers(all)));
             }
-            Kind::Keyword(words) if !words.contains(&attribute.value.as_str()) => {}
+            Kind::Keyword(words) if !words.contains(&&*attribute.value) => {}
             Kind::Reference(_) if attribute.value.is_empty() => {
                 own.take(column.name);
                 own.0.push((column.name, Value::Nothing));

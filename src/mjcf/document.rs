@@ -3,6 +3,9 @@
 //! What an element means is not known here; [`super::parse`] builds the tree, [`super::schema`] judges it.
 
 use std::borrow::Cow;
+use std::fmt;
+use std::ops::{Deref, Range};
+use std::sync::Arc;
 
 use super::error::Problem;
 use super::source::Source;
@@ -63,9 +66,44 @@ pub struct Attribute {
     /// Where its name stands.
     pub name_span: Span,
     /// Entities replaced.
-    pub value: String,
+    pub value: Quoted,
     /// What stands between the quotes.
     pub value_span: Span,
+}
+
+/// What an attribute's quotes hold: a part of the file's text, or where that has entities a text of its own.
+#[derive(Clone)]
+pub struct Quoted {
+    of: Arc<str>,
+    start: u32,
+    end: u32,
+}
+
+impl Quoted {
+    /// `span`: in the file whose text is `of`.
+    pub(super) fn part(of: &Arc<str>, span: Range<usize>) -> Quoted {
+        Quoted { of: of.clone(), start: span.start as u32, end: span.end as u32 }
+    }
+}
+
+impl From<String> for Quoted {
+    fn from(text: String) -> Quoted {
+        Quoted { start: 0, end: text.len() as u32, of: text.into() }
+    }
+}
+
+impl Deref for Quoted {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.of[self.start as usize..self.end as usize]
+    }
+}
+
+impl fmt::Debug for Quoted {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        (**self).fmt(f)
+    }
 }
 
 impl Attribute {

@@ -58,7 +58,7 @@ fn places(document: &Document, node: NodeId) -> Vec<(&Attribute, [PathBuf; 2])> 
     };
     let compilers = || document.root().into_iter().flat_map(|root| children(document, root, "compiler"));
     let setting = |name: &str| compilers().filter_map(|n| document.attribute(n, name)).last();
-    let strip = setting("strippath").is_some_and(|a| a.value == "true");
+    let strip = setting("strippath").is_some_and(|a| &*a.value == "true");
     let dir = setting(dir).or_else(|| setting("assetdir").filter(|_| !dir.is_empty()));
     let files = attributes.iter().filter_map(|name| document.attribute(node, name)).filter(|a| !a.value.is_empty());
     let main = folder(document, 0);
@@ -72,7 +72,7 @@ fn places(document: &Document, node: NodeId) -> Vec<(&Attribute, [PathBuf; 2])> 
 }
 
 fn path(file: &Attribute, dir: Option<&Attribute>, strip: bool) -> PathBuf {
-    let file = Path::new(&file.value);
+    let file = Path::new(&*file.value);
     let file = if strip { file.file_name().map_or(file, Path::new) } else { file };
-    dir.map_or(PathBuf::new(), |dir| PathBuf::from(&dir.value)).join(file)
+    dir.map_or(PathBuf::new(), |dir| PathBuf::from(&*dir.value)).join(file)
 }

@@ -1,4 +1,6 @@
 //! An element with its values, typed on demand.
+//!
+//! What takes a name is inlined for the sake of [`Row::place`].
 
 use std::sync::Arc;
 
@@ -51,16 +53,10 @@ impl<'a> Item<'a> {
         Item::new(node, row, Arc::default(), Values::default(), false)
     }
 
-    fn value(&self, name: &str) -> Option<&Value<'a>> {
-        let value = match self.row.place(name) {
-            Some(column) => self.value_at(column),
-            // Kinds of actuator share what they inherit.
-            None => self.inherited.get(name),
-        };
-        value.filter(|value| !matches!(value, Value::Nothing))
-    }
-
-    fn value_at(&self, column: usize) -> Option<&Value<'a>> {
+    /// What is given for the attribute of that name; `column` is its place.
+    fn value(&self, name: &str, column: Option<usize>) -> Option<&Value<'a>> {
+        // Kinds of actuator share what they inherit.
+        let Some(column) = column else { return self.inherited.get(name) };
         match self.at[column] {
             Place::Default => None,
             Place::Inherited(i) => Some(&self.inherited[usize::from(i)].1),
@@ -69,15 +65,20 @@ impl<'a> Item<'a> {
     }
 
     /// Whether the element or its class gives this.
+    #[inline(always)]
     pub fn given(&self, name: &str) -> bool {
-        self.value(name).is_some()
+        !matches!(self.value(name, self.row.place(name)), None | Some(Value::Nothing))
     }
 
     /// The default, and what is given in place of its first numbers.
+    #[inline(always)]
     fn parts(&self, name: &str) -> (&[f64], Option<&[f64]>) {
-        let column = self.row.place(name);
+        self.parts_at(name, self.row.place(name))
+    }
+
+    fn parts_at(&self, name: &str, column: Option<usize>) -> (&[f64], Option<&[f64]>) {
         let default = column.map_or(&[][..], |column| &self.row.columns()[column].numbers);
-        match column.map_or_else(|| self.inherited.get(name), |column| self.value_at(column)) {
+        match self.value(name, column) {
             Some(Value::Numbers(given)) => (default, Some(given)),
             _ => (default, None),
         }
@@ -89,32 +90,41 @@ impl<'a> Item<'a> {
         [given, default.get(given.len()..).unwrap_or_default()].concat()
     }
 
+    #[inline(always)]
     pub fn array<const N: usize>(&self, name: &str) -> [f64; N] {
         let (default, given) = self.parts(name);
         array([default, given.unwrap_or_default()])
     }
 
+    #[inline(always)]
     pub fn optional<const N: usize>(&self, name: &str) -> Option<[f64; N]> {
         let (default, given) = self.parts(name);
         given.map(|given| array([default, given]))
     }
 
+    #[inline(always)]
     pub fn number(&self, name: &str) -> f64 {
         self.array::<1>(name)[0]
     }
 
+    #[inline(always)]
     pub fn integer(&self, name: &str) -> i32 {
         self.number(name) as i32
     }
 
+    #[inline(always)]
     pub fn word(&self, name: &str) -> &str {
-        let column = self.row.place(name);
-        match column.map_or_else(|| self.inherited.get(name), |column| self.value_at(column)) {
+        self.word_at(name, self.row.place(name))
+    }
+
+    fn word_at(&self, name: &str, column: Option<usize>) -> &str {
+        match self.value(name, column) {
             Some(Value::Text(text)) => text,
             _ => column.map_or("", |column| self.row.columns()[column].default),
         }
     }
 
+    #[inline(always)]
     pub fn yes(&self, name: &str) -> bool {
         matches!(self.word(name), "true" | "enable")
     }

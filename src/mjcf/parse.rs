@@ -4,13 +4,14 @@ use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use quick_xml::Reader;
 use quick_xml::escape::{EscapeError, unescape};
 use quick_xml::events::attributes::AttrError;
 use quick_xml::events::{BytesStart, Event};
 
-use super::document::{Attribute, Document, Node, NodeId, Span};
+use super::document::{Attribute, Document, Node, NodeId, Quoted, Span};
 use super::error::{Problem, ProblemKind};
 use super::limits::Limits;
 use super::nearest::nearest;
@@ -28,7 +29,7 @@ pub fn load(path: &Path, limits: &Limits) -> (Document, Vec<Problem>) {
         Ok(text) => parse_file(path, text, limits),
         Err(unread) => {
             let end = unread.valid.len();
-            let source = Source { name, path: path.to_path_buf(), text: unread.valid };
+            let source = Source { name, path: path.to_path_buf(), text: unread.valid.into() };
             let document = Document { files: vec![source], ..Document::default() };
             let problem = Problem::new(*unread.kind, Span::new(0, end, end));
             let near = || Some(path.with_file_name(similar_file(path)?).display().to_string());
@@ -65,10 +66,10 @@ fn parse_file(path: &Path, text: String, limits: &Limits) -> (Document, Vec<Prob
     let name = path.display().to_string();
     if text.len() > parser.left {
         parser.exceeds("bytes", limits.bytes, Span::default());
-        parser.document.files.push(Source { name, path: path.to_path_buf(), text: String::new() });
+        parser.document.files.push(Source { name, path: path.to_path_buf(), text: "".into() });
         return (parser.document, parser.problems);
     }
-    parser.file(Source { name: name.clone(), path: path.to_path_buf(), text }, None, 0);
+    parser.file(Source { name: name.clone(), path: path.to_path_buf(), text: text.into() }, None, 0);
     if parser.document.nodes.is_empty() && parser.problems.is_empty() {
         parser.report(ProblemKind::EmptyFile { file: name }, Span::default());
     }
@@ -138,7 +139,7 @@ pub fn raise(limit: &str, value: usize) -> String {
 
 /// `valid`: so many bytes are text.
 fn not_utf8(file: String, bytes: &[u8], valid: usize) -> Unread {
-    let text = Source { name: file, path: PathBuf::new(), text: String::from_utf8_lossy(&bytes[..valid]).into_owned() };
+    let text = Source { name: file, path: PathBuf::new(), text: String::from_utf8_lossy(&bytes[..valid]).into() };
     let (line, column) = text.line_column(valid);
     let kind = ProblemKind::NotUtf8 { file: text.name, byte: bytes[valid], line, column };
     // UTF-16 begins with a mark. Apart from it no text has bytes 0, and what has some shows no lines worth reading.
@@ -149,7 +150,7 @@ fn not_utf8(file: String, bytes: &[u8], valid: usize) -> Unread {
         let help = "it is no text at all: a scene is an XML file that begins with `<mujoco>`";
         return Unread::from(kind).help(help);
     }
-    Unread { valid: text.text, ..Unread::from(kind).help("save it as UTF-8") }
+    Unread { valid: text.text.to_string(), ..Unread::from(kind).help("save it as UTF-8") }
 }
 
 /// A file beside the missing one with nearly its name.
@@ -202,7 +203,7 @@ struct Open<'a> {
 /// One file while it is read.
 struct File<'a> {
     number: u32,
-    text: &'a str,
+    text: &'a Arc<str>,
     stack: Vec<Open<'a>>,
     /// Where the children of the outermost element go if this is an included file.
     into: Option<NodeId>,
@@ -239,18 +240,17 @@ impl Parser<'_> {
     }
 
     /// Reads a file. `outer`: levels of elements around it.
-    fn file(&mut self, mut source: Source, into: Option<NodeId>, outer: usize) {
+    fn file(&mut self, source: Source, into: Option<NodeId>, outer: usize) {
         let number = self.document.files.len();
-        let text = std::mem::take(&mut source.text);
+        let text = source.text.clone();
         self.left -= text.len();
         self.document.files.push(source);
         let file = File { number: number as u32, text: &text, stack: Vec::new(), into, roots: 0, outer, stray: None };
         self.elements(file);
-        self.document.files[number].text = text;
     }
 
     fn elements(&mut self, mut file: File) {
-        let (number, text) = (file.number, file.text);
+        let (number, text) = (file.number, &**file.text);
         if let Some(at) = text.find('\0') {
             let problem = Problem::new(ProblemKind::NulByte, Span::new(number, at, at + 1));
             return self.problems.push(problem.help("it is no text: write the file anew, or remove the byte"));
@@ -409,7 +409,7 @@ impl Parser<'_> {
                         0 => Span::new(file.number, raw_at - 1, raw_at + 1),
                         len => Span::new(file.number, raw_at, raw_at + len),
                     };
-                    let value = self.value(raw, value_span);
+                    let value = self.value(file, raw, value_span);
                     out.push(Attribute {
                         name: schema::name_of(key),
                         name_span: Span::new(file.number, key_at, key_at + key.len()),
@@ -435,19 +435,20 @@ impl Parser<'_> {
 
     /// The value of an attribute as XML has it: entities replaced, and blanks where it breaks a line. What would
     /// give commands to a terminal is written out.
-    fn value(&mut self, raw: &str, span: Span) -> String {
+    fn value(&mut self, file: &File, raw: &str, span: Span) -> Quoted {
         if raw.bytes().all(|c| matches!(c, b' '..=b'~') && c != b'&') {
-            return raw.to_string();
+            let start = span.start as usize;
+            return Quoted::part(file.text, start..start + raw.len());
         }
         let value = self.unescape(raw, span);
         match one_line(&value) {
-            Cow::Borrowed(_) => value,
+            Cow::Borrowed(_) => value.into(),
             Cow::Owned(shown) => {
                 if let Some(c) = value.chars().find(|&c| is_command(c) && c != '\r') {
                     let kind = ProblemKind::ControlCharacter { code: c as u32, shown: shown.clone() };
                     self.report(kind, span);
                 }
-                shown
+                shown.into()
             }
         }
     }
@@ -591,7 +592,7 @@ impl Parser<'_> {
             }
             return;
         };
-        let file = attribute.value.clone();
+        let file = attribute.value.to_string();
         let place = attribute.value_span;
         let Some(path) = self.find(&file, from) else {
             let problem = Problem::new(ProblemKind::Outside { file }, place);
@@ -621,7 +622,7 @@ impl Parser<'_> {
             Ok(text) => {
                 let before = (self.document.node(parent).children.len(), self.problems.len());
                 self.open.push(identity);
-                self.file(Source { name, path, text }, Some(parent), from.outer + from.stack.len() + 1);
+                self.file(Source { name, path, text: text.into() }, Some(parent), from.outer + from.stack.len() + 1);
                 self.open.pop();
                 if before == (self.document.node(parent).children.len(), self.problems.len()) {
                     self.report(ProblemKind::IncludeEmpty { file }, place);

@@ -30,7 +30,7 @@ pub fn read(document: &Document, root: NodeId, names: &Names, problems: &mut Vec
     let options = sections("option");
     let option = reader.option(&options);
     let mut spec = Spec {
-        model_name: document.attribute(root, "model").map_or(String::new(), |a| a.value.clone()),
+        model_name: document.attribute(root, "model").map_or(String::new(), |a| a.value.to_string()),
         compiler,
         option,
         flags: reader.flags(&options),
@@ -133,7 +133,7 @@ impl<'a> Reader<'a> {
     pub fn item(&mut self, node: NodeId, parent: &str, class: &str) -> Option<Item<'a>> {
         let element = &self.document.node(node).name;
         let row = schema::find(parent, element).filter(|row| !matches!(row.status, schema::Status::Unsupported(..)))?;
-        let class = self.document.attribute(node, "class").map_or(class, |a| a.value.as_str());
+        let class = self.document.attribute(node, "class").map_or(class, |a| &*a.value);
         let item = self.overlaid(node, row, self.classes.values(class, parent, element));
         let lint = if self.degree { lints::radians } else { lints::degrees };
         lint(self.document, node, row, item.word("type"), self.problems);

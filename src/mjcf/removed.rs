@@ -46,7 +46,7 @@ pub fn attribute(element: &str, attribute: &Attribute) -> Option<(String, Option
     let (.., since, cure, name) = ATTRIBUTES.iter().find(|row| row.0 == element && row.1 == attribute.name)?;
     let edit = name.map(|name| match name {
         "" => Edit { span: attribute.whole(), text: String::new() },
-        _ => Edit { span: attribute.name_span, text: name.replace("{}", &escape(attribute.value.as_str())) },
+        _ => Edit { span: attribute.name_span, text: name.replace("{}", &escape(&*attribute.value)) },
     });
     Some((told(since, cure), edit))
 }

@@ -235,7 +235,7 @@ impl<'a> Page<'a> {
         let file = marks[0].0.file;
         let document = self.document;
         let source = &document.files[file as usize];
-        let text = source.text.as_str();
+        let text = &*source.text;
         let places: Vec<(usize, usize)> = marks.iter().map(|(span, ..)| self.clamped(*span)).collect();
         let first = places.iter().map(|m| m.0).min().unwrap_or(0);
         let last = places.iter().map(|m| m.1).max().unwrap_or(0);

@@ -74,7 +74,7 @@ fn replicate(
     let (offset, euler) = (Vec3::from(numbers("offset")), numbers("euler"));
     let angle = |x: f64| if compiler.degree { x.to_radians() } else { x };
     let turned = |i: usize| math::euler(&compiler.eulerseq, &euler.map(|x| i as f64 * angle(x)));
-    let text = |name: &str| document.attribute(node, name).map_or(String::new(), |a| a.value.clone());
+    let text = |name: &str| document.attribute(node, name).map_or(String::new(), |a| a.value.to_string());
     let (count, sep) = (text("count").trim().parse::<usize>(), text("sep"));
     let inside = document.node(node).children.clone();
     let size: usize = inside.iter().map(|&child| self::size(document, child)).sum();
@@ -150,7 +150,7 @@ fn frame(replicate: &Node, pos: &Vec3, quat: &Quat) -> Node {
     let attribute = |name: &str, numbers: &[f64]| Attribute {
         name: schema::name_of(name),
         name_span: replicate.span,
-        value: numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" "),
+        value: numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ").into(),
         value_span: replicate.span,
     };
     let attributes = vec![attribute("pos", pos.as_slice()), attribute("quat", &math::wxyz(quat))];
@@ -172,7 +172,7 @@ fn copy<'a>(document: &mut Document, node: NodeId, suffix: &impl Fn(&str, &str) 
     let kinds: Vec<_> = clone.attributes.iter().map(|a| named(document, node, a)).collect();
     for (attribute, what) in clone.attributes.iter_mut().zip(kinds) {
         if let Some(suffix) = what.and_then(|what| suffix(what, &attribute.value)) {
-            attribute.value.push_str(suffix);
+            attribute.value = format!("{}{suffix}", &*attribute.value).into();
         }
     }
     let children = std::mem::take(&mut clone.children);
@@ -203,7 +203,7 @@ fn names_within(document: &Document, nodes: &[NodeId]) -> Named {
         if let Some(name) = document.attribute(node, "name")
             && let Some(what) = named(document, node, name)
         {
-            names.insert((what, name.value.clone()));
+            names.insert((what, name.value.to_string()));
         }
         open.extend(&document.node(node).children);
     }
@@ -213,7 +213,7 @@ fn names_within(document: &Document, nodes: &[NodeId]) -> Named {
 fn refers(document: &Document, node: NodeId, names: &Named) -> bool {
     let node_ = document.node(node);
     let meant = |a: &Attribute| {
-        a.name != "name" && named(document, node, a).is_some_and(|what| names.contains(&(what, a.value.clone())))
+        a.name != "name" && named(document, node, a).is_some_and(|what| names.contains(&(what, a.value.to_string())))
     };
     node_.attributes.iter().any(meant) || node_.children.iter().any(|&child| refers(document, child, names))
 }

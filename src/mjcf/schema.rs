@@ -359,7 +359,8 @@ impl Row {
         &self.columns
     }
 
-    /// The number of a column.
+    /// The number of a column. Inlined, so that a name in the source is hashed when it is compiled.
+    #[inline(always)]
     pub fn place(&self, name: &str) -> Option<usize> {
         self.places.find(name)
     }
@@ -391,11 +392,13 @@ impl Names {
         names
     }
 
+    #[inline(always)]
     fn find(&self, name: &str) -> Option<usize> {
         self.look_up(name).ok()
     }
 
     /// The number of a name, or where it would be.
+    #[inline(always)]
     fn look_up(&self, name: &str) -> Result<usize, usize> {
         let mask = self.slots.len() - 1;
         let (n, [a, b, c]) = match name.as_bytes() {

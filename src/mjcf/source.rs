@@ -1,6 +1,7 @@
 //! The text of one file, and where in it a byte is.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A file of a scene, as it was read.
 #[derive(Clone, Debug, Default)]
@@ -9,8 +10,8 @@ pub struct Source {
     pub name: String,
     /// The same, to open it.
     pub path: PathBuf,
-    /// Its text.
-    pub text: String,
+    /// Its text, which the values of its attributes are parts of.
+    pub text: Arc<str>,
 }
 
 impl Source {

@@ -48,7 +48,13 @@ fn wait(milliseconds: u64) {
 /// Opens the window with these arguments in a folder, and gives it the keyboard.
 fn play(display: &str, folder: &Path, args: &[&std::ffi::OsStr]) -> Ended {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
-    command.arg("play").args(args).current_dir(folder).stderr(Stdio::piped());
+    command.arg("play").args(args);
+    open(display, folder, command)
+}
+
+/// Runs what opens the window, and gives it the keyboard.
+fn open(display: &str, folder: &Path, mut command: Command) -> Ended {
+    command.current_dir(folder).stderr(Stdio::piped());
     command.env("DISPLAY", display).env("LIBGL_ALWAYS_SOFTWARE", "1").env_remove("WAYLAND_DISPLAY");
     let penny = Ended(command.spawn().expect("built"));
     let window = tool(display, "xdotool", &["search", "--sync", "--onlyvisible", "--name", "^Penny$"]);
@@ -213,6 +219,38 @@ fn a_record_survives_the_end_of_the_program() {
         let (places, _) = replayed(&log, &scene);
         assert_eq!(places.len() as u64, log.steps + 1, "{signal}");
     }
+    std::fs::remove_dir_all(&folder).expect("removable");
+}
+
+#[test]
+#[cfg(unix)]
+#[ignore = "needs Xvfb, xdotool, ffmpeg and software GL: tests/window.sh"]
+fn on_a_full_disk_the_old_record_stays_and_the_end_says_so() {
+    let folder = std::env::temp_dir().join(format!("penny-full-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("disk")).expect("writable");
+    std::fs::copy(Path::new(crate::ROOT).join("tests/window.xml"), folder.join("scene.xml")).expect("there");
+    // A disk of 64 kB, seen by this command alone.
+    let small = |script: &str| {
+        let mut command = Command::new("unshare");
+        command.args(["-rm", "sh", "-c", &format!("mount -t tmpfs -o size=64k none disk && {script}")]);
+        command
+    };
+    if !small("true").current_dir(&folder).status().is_ok_and(|status| status.success()) {
+        eprintln!("skipped: this system allows no small disk of one's own");
+        return;
+    }
+    let (_server, display) = display();
+    let penny = env!("CARGO_BIN_EXE_penny");
+    let script = format!(
+        "{{ echo old > disk/run.json; head -c 70000 /dev/zero > disk/fill 2> /dev/null; \
+            {penny} play scene.xml --record disk/run.json; echo code $? >&2; cp disk/run.json .; ls disk > left; }}"
+    );
+    let mut penny = open(&display, &folder, small(&script));
+    wait(2500);
+    let said = close(&display, &mut penny);
+    assert!(said.contains("error: cannot write `disk/run.json`: No space left") && said.contains("code 1"), "{said}");
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect("copied");
+    assert_eq!((read("run.json"), read("left")), ("old\n".to_owned(), "fill\nrun.json\n".to_owned()));
     std::fs::remove_dir_all(&folder).expect("removable");
 }
 

@@ -119,7 +119,7 @@ fn write(document: &Document, all: &[Fixed]) -> Result<(), Failure> {
         let now = std::fs::read_to_string(&source.path).map_err(cannot)?;
         // A byte order mark is no part of the text that was read.
         let mark = if now.starts_with('\u{feff}') { "\u{feff}" } else { "" };
-        if now[mark.len()..] != source.text {
+        if now[mark.len()..] != *source.text {
             let why = format!("error: `{}` has changed meanwhile: check it again", source.name);
             return Err(Failure::Problem(why));
         }

@@ -1,6 +1,8 @@
 //! The window: owns the files (scene, recorded inputs) and gives the rest to [`App`].
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
@@ -26,7 +28,7 @@ pub struct Open {
     pub record: Option<PathBuf>,
     /// What else is done then.
     ///
-    /// Errors: one sentence, which is told.
+    /// Errors: one sentence, with which the program ends.
     pub last: Option<Last>,
 }
 
@@ -43,6 +45,8 @@ struct Window {
     kept: f64,
     record: Option<PathBuf>,
     last: Option<Last>,
+    /// What could not be written in the end.
+    unwritten: Rc<RefCell<Vec<String>>>,
     watched: Vec<(PathBuf, Option<SystemTime>)>,
     looked: f64,
     /// Frames shown, and for how long, s.
@@ -59,7 +63,7 @@ const LIBRARIES: &str = "libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon0 l
 
 /// Opens the window and returns when it is closed.
 ///
-/// Errors: one sentence that says what is missing and names the way without a window.
+/// Errors: one sentence that says what is missing and names the way without a window, or what could not be written in the end.
 pub fn run(open: Open) -> Result<(), String> {
     check_display()?;
     let options = eframe::NativeOptions {
@@ -70,6 +74,7 @@ pub fn run(open: Open) -> Result<(), String> {
         ..eframe::NativeOptions::default()
     };
     let window = Window::new(open);
+    let unwritten = window.unwritten.clone();
     let is_open = Arc::new(AtomicBool::new(false));
     let opens = is_open.clone();
     let start = move || {
@@ -90,7 +95,8 @@ pub fn run(open: Open) -> Result<(), String> {
     let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(start));
     drop(std::panic::take_hook());
     match ended {
-        Ok(Ok(())) => Ok(()),
+        Ok(Ok(())) if unwritten.borrow().is_empty() => Ok(()),
+        Ok(Ok(())) => Err(unwritten.borrow().join("\nerror: ")),
         Ok(Err(error)) => Err(cannot(&error.to_string())),
         Err(panic) if is_open.load(Ordering::Relaxed) => std::panic::resume_unwind(panic),
         Err(panic) => {
@@ -148,6 +154,7 @@ impl Window {
             kept: 0.0,
             record: open.record,
             last: open.last,
+            unwritten: Rc::default(),
             watched,
             looked: 0.0,
             frames: 0,
@@ -297,16 +304,9 @@ impl eframe::App for Window {
         self.app.close();
         say(&self.app.stage.session.summary());
         say(&format!("{} frames, {:.1} a second", self.frames, self.frames as f64 / self.shown.max(1e-9)));
-        if let Some(path) = &self.record
-            && let Err(problem) = self.write_run(path)
-        {
-            say(&format!("error: {problem}"));
-        }
-        if let Some(last) = &self.last
-            && let Err(problem) = last(&self.app.stage.session)
-        {
-            say(&format!("error: {problem}"));
-        }
+        let record = self.record.as_ref().map(|path| self.write_run(path));
+        let last = self.last.as_ref().map(|last| last(&self.app.stage.session));
+        self.unwritten.borrow_mut().extend([record, last].into_iter().flatten().filter_map(Result::err));
     }
 }
 
