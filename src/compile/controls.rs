@@ -11,6 +11,9 @@ use crate::state::State;
 
 /// The actuators; what depends on the inertia of the scene, [`fill`] adds.
 pub fn actuators(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) -> Vec<Actuator> {
+    if spec.actuators.is_empty() {
+        return Vec::new();
+    }
     let (joints, sites) = (world.joint_names(), world.site_names());
     let tendon_names = Names::new("tendon", tendons.iter().map(|t| t.name.as_str()));
     let mut actuators = Vec::new();

@@ -1,5 +1,7 @@
 //! Bodies, joints, dofs, geoms and trees, numbered in MuJoCo's depth-first order; everything but masses.
 
+use std::cell::OnceCell;
+
 use super::frames::{self, EPS, NoDirection};
 use super::{Log, Names};
 use crate::dynamics::fluid;
@@ -65,7 +67,7 @@ pub fn lay_out<'a>(spec: &'a Spec, log: &mut Log) -> World<'a> {
     reserve(&mut world, &spec.world);
     add_body(&mut world, &spec.world, 0, &spec.compiler, log);
     world.bodies[0].name = "world".into();
-    let targets: Vec<_> = world.camera_specs.iter().map(|camera| target(&world, camera, log)).collect();
+    let targets = targets(&world, log);
     world.cameras.iter_mut().zip(targets).for_each(|(camera, target)| camera.target = target);
     world
 }
@@ -368,10 +370,14 @@ fn add_site(world: &mut World, site: &spec::Site, body: usize, compiler: &spec::
     world.sites.push(Site { name, body, pos, quat, kind: site.kind, size });
 }
 
-/// The body that a camera looks at.
-fn target(world: &World, camera: &spec::Camera, log: &mut Log) -> Option<usize> {
-    let name = camera.target.as_ref()?;
-    world.body_names().find(name, camera.node, "target", log)
+/// The body that each camera looks at.
+fn targets(world: &World, log: &mut Log) -> Vec<Option<usize>> {
+    let names = OnceCell::new();
+    let mut target = |camera: &&spec::Camera| {
+        let name = camera.target.as_ref()?;
+        names.get_or_init(|| world.body_names()).find(name, camera.node, "target", log)
+    };
+    world.camera_specs.iter().map(&mut target).collect()
 }
 
 /// Pose in the body's frame, and size (m).

@@ -12,13 +12,24 @@ use crate::model::{Anchor, Equality, EqualityKind, GeomKind, JointKind, Model, P
 
 /// The tendons; what depends on the pose of the scene, [`fill`] adds.
 pub fn tendons(world: &World, spec: &Spec, log: &mut Log) -> Vec<Tendon> {
-    spec.tendons.iter().map(|t| tendon(world, t, spec, log)).collect()
+    if spec.tendons.is_empty() {
+        return Vec::new();
+    }
+    let names = Passed { joints: world.joint_names(), sites: world.site_names(), geoms: world.geom_names() };
+    spec.tendons.iter().map(|t| tendon(world, &names, t, spec, log)).collect()
 }
 
-fn tendon(world: &World, t: &spec::Tendon, spec: &Spec, log: &mut Log) -> Tendon {
+/// What tendons can name.
+struct Passed<'a> {
+    joints: Names<'a>,
+    sites: Names<'a>,
+    geoms: Names<'a>,
+}
+
+fn tendon(world: &World, names: &Passed, t: &spec::Tendon, spec: &Spec, log: &mut Log) -> Tendon {
     let path = match &t.path {
-        spec::Path::Fixed(parts) => Path::Fixed(fixed(world, parts, log)),
-        spec::Path::Spatial(points) => Path::Spatial(spatial(world, points, t.armature != 0.0, log)),
+        spec::Path::Fixed(parts) => Path::Fixed(fixed(world, names, parts, log)),
+        spec::Path::Spatial(points) => Path::Spatial(spatial(world, names, points, t.armature != 0.0, log)),
     };
     let autolimits = spec.compiler.autolimits;
     let mut applies = |attribute: &str, range: Option<[f64; 2]>, limited: Option<bool>| {
@@ -57,11 +68,10 @@ fn tendon(world: &World, t: &spec::Tendon, spec: &Spec, log: &mut Log) -> Tendon
     }
 }
 
-fn fixed(world: &World, parts: &[(NodeId, String, f64)], log: &mut Log) -> Vec<(usize, f64)> {
-    let joints = world.joint_names();
+fn fixed(world: &World, names: &Passed, parts: &[(NodeId, String, f64)], log: &mut Log) -> Vec<(usize, f64)> {
     let mut found = Vec::new();
     for (node, name, coef) in parts {
-        let Some(j) = joints.find(name, *node, "joint", log) else { continue };
+        let Some(j) = names.joints.find(name, *node, "joint", log) else { continue };
         scalar(world, j, *node, "joint", log);
         found.push((j, *coef));
     }
@@ -77,8 +87,13 @@ fn scalar(world: &World, joint: usize, node: NodeId, attribute: &str, log: &mut 
     }
 }
 
-fn spatial(world: &World, points: &[(NodeId, spec::Waypoint)], inert: bool, log: &mut Log) -> Vec<Waypoint> {
-    let (sites, geoms) = (world.site_names(), world.geom_names());
+fn spatial(
+    world: &World,
+    Passed { sites, geoms, .. }: &Passed,
+    points: &[(NodeId, spec::Waypoint)],
+    inert: bool,
+    log: &mut Log,
+) -> Vec<Waypoint> {
     let mut found = Vec::new();
     for (node, point) in points {
         match point {
@@ -104,6 +119,9 @@ fn spatial(world: &World, points: &[(NodeId, spec::Waypoint)], inert: bool, log:
 
 /// The equalities; where the anchors of bodies are, [`fill`] finds.
 pub fn equalities(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) -> Vec<Equality> {
+    if spec.equalities.is_empty() {
+        return Vec::new();
+    }
     let (joints, bodies, sites) = (world.joint_names(), world.body_names(), world.site_names());
     let tendons = Names::new("tendon", tendons.iter().map(|t| t.name.as_str()));
     let mut found = Vec::new();

@@ -614,6 +614,13 @@ fn work_grows_with_the_file_only() {
             let contact = format!("</worldbody><contact>{}</contact>", many(5_000, &pair));
             world(&many(5_000, &body)).replace("</worldbody>", &contact)
         }),
+        ("tendons and cameras", {
+            let arm = |i: usize| format!("<body name='b{i}'><joint name='j{i}'/>{}</body>", geom(i));
+            let fixed = |i: usize| format!("<fixed><joint joint='j{i}' coef='1'/></fixed>");
+            let camera = |i: usize| format!("<camera mode='targetbody' target='b{i}'/>");
+            let tendon = format!("</worldbody><tendon>{}</tendon>", many(5_000, &fixed));
+            world(&(many(5_000, &arm) + &many(5_000, &camera))).replace("</worldbody>", &tendon)
+        }),
         ("bodies of one tree", {
             let arm = |i: usize| format!("<body pos='{i} 0 0'><joint/><geom size='.1' contype='0'/></body>");
             world(&format!("<body>{}<freejoint/><geom size='1'/></body>", many(8_000, &arm)))
