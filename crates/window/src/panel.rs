@@ -77,8 +77,9 @@ fn method(app: &mut App, ui: &mut egui::Ui) {
         ui.end_row();
         ui.label("accuracy");
         ui.horizontal(|ui| {
-            let mut wanted = stage.session.accuracy();
-            let mut controlled = wanted > 0.0;
+            let accuracy = stage.session.accuracy();
+            let mut controlled = accuracy > 0.0;
+            let mut wanted = if controlled { accuracy } else { FIRST_ACCURACY };
             if ui.checkbox(&mut controlled, "").on_hover_text(ACCURACY).changed() {
                 // By the integrator there is, if it estimates its error.
                 if let Some(other) = integrate::controllable(method.integrator).filter(|_| controlled) {
