@@ -248,6 +248,18 @@ fn documents() {
     });
 }
 
+/// What once went wrong goes right, as it is.
+#[test]
+fn what_went_wrong_once() {
+    for entry in std::fs::read_dir(crate::file("tests/fuzz")).expect("a folder") {
+        let path = entry.expect("a file").path();
+        match penny::load_within(&path, &Limits::default()) {
+            Ok(scene) => (0..20).for_each(|seed| run(&mut Random::new(seed), &scene.model, 4)),
+            Err(failure) => reported(&failure),
+        }
+    }
+}
+
 /// A few steps under every law; what comes out are numbers, or an error. A step may look for the contacts a hundred times
 /// (implicit Euler, extrapolated), so the contacts bound its work: many shapes put into each other are not run.
 fn run(random: &mut Random, model: &Model, steps: usize) {

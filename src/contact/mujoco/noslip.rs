@@ -108,7 +108,8 @@ fn pyramid(island: &mut Island, i: usize) -> f64 {
         let y = if curvature < MIN_VAL {
             0.0
         } else {
-            (-(middle * (a[0][0] - a[1][1]) + b[0] - b[1]) / curvature).clamp(-middle, middle)
+            // Not `clamp`: where the forces are no numbers, the step says so.
+            (-(middle * (a[0][0] - a[1][1]) + b[0] - b[1]) / curvature).max(-middle).min(middle)
         };
         let d = [middle + y - old[0], middle - y - old[1]];
         let cost = 0.5 * (d[0] * (a[0][0] * d[0] + a[0][1] * d[1]) + d[1] * (a[1][0] * d[0] + a[1][1] * d[1]))

@@ -36,15 +36,18 @@
 //!    slips) they are linear, but for friction that turns. One linear system solves them, and one more for each piece that ends
 //!    on the way from the last step to this one.
 //! 2. [`semismooth::solve`]: Newton's method, which converges quadratically where friction turns.
-//! 3. `grow`: the same two from no forces, with coefficients of friction that grow to what they are.
+//! 3. `grow`: the same two from no forces, with coefficients of friction that grow to what they are, in islands of few contacts.
 //! 4. [`fixed_point`]: for given limits of friction the sum has one least point, which Newton's method with line search finds
-//!    ([`super::newton`]); from there the equations are tried again, and if they are still not solved the limits are set to μ n.
+//!    ([`super::newton`]), first for softer friction; from there the equations are tried again, and if they are still not solved the
+//!    limits are set to μ n.
 //!
 //! [`Method::rounds`](crate::method::Method::rounds) bounds the linear systems; the residual that is left is in
 //! `data.solver`.
 //!
 //! With large friction the limits may have no solution that agrees with them, or several (Painlevé): then a residual
-//! stays, or the solution is that which lies nearest to the last step's.
+//! stays, or the solution is that which lies nearest to the last step's. In a dense pile, whose balls hold one another in closed
+//! chains, it may stay, too: then the forces are those of the last convex problem that was solved, and bodies creep, but the pile
+//! gains no energy.
 //!
 //! **Under an implicit integrator** the law is asked for the forces at a velocity that is already that of the end of the
 //! step. There friction depends on this velocity alone,
@@ -167,7 +170,7 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
                     MOST.min(rounds - outcome.iterations),
                 ));
             }
-            if outcome.residual > TOLERANCE {
+            if outcome.residual > TOLERANCE && island.constraints.len() <= GROWTH * FOLLOW {
                 outcome = outcome.then(grow(task, own, island, rounds - outcome.iterations));
             }
         }
@@ -201,7 +204,9 @@ const FOLLOW: usize = 10;
 /// the forces, and in `p` what they do.
 ///
 /// Where friction is large, a solution may end from one step to the next (a body that was jammed comes free), and another is far
-/// from it. This one begins where there is only one.
+/// from it. This one begins where there is only one. It passes [`FOLLOW`] ends of pieces a time, so an island with more
+/// constraints than that allows is not tried: of a bin of 30 balls 85 of 500 steps are not solved, with that limit, and 320 without,
+/// for want of the rounds spent.
 fn grow(task: &Task, own: &mut Scratchpad, island: &mut Island, rounds: usize) -> Outcome {
     let mut outcome = Outcome { iterations: 0, residual: f64::INFINITY };
     island.constraints.iter_mut().for_each(|c| c.force = [0.0; 6]);
