@@ -27,6 +27,7 @@ from ._state import mj_getState, mj_setKeyframe, mj_setState, mj_stateSize
 from ._sweep import compare, set_parameter, sweep
 from ._table import Sweep, Table
 from ._visual import MjStatistic, MjVisual
+from .egl import GLContext
 
 # Numbers are float64.
 MJTNUM_DTYPE, MJTNUM_BYTES = np.float64, 8
@@ -52,6 +53,7 @@ def __getattr__(name: str):
 
 __all__ = [
     "FatalError",
+    "GLContext",
     "MjStatistic",
     "MjVisual",
     "Problem",

@@ -10,13 +10,16 @@ import warnings
 
 import numpy as np
 
-from ._enums import mjtCamera, mjtDepthMap, mjtFontScale, mjtObj, mjtRndFlag, mjtVisFlag
+from ._enums import mjtCamera, mjtDepthMap, mjtFontScale, mjtGeom, mjtObj, mjtRndFlag, mjtVisFlag
+from ._errors import FatalError
+from ._math import mju_quat2Mat, mju_quatZ2Vec
 from ._penny import MjData, MjModel, _depth, _framing, _paint, mj_name2id
 
 __all__ = [
     "MjrContext",
     "MjrRect",
     "MjvCamera",
+    "MjvGLCamera",
     "MjvGeom",
     "MjvOption",
     "MjvPerturb",
@@ -27,6 +30,7 @@ __all__ = [
     "mjr_render",
     "mjr_resizeOffscreen",
     "mjr_setBuffer",
+    "mjv_connector",
     "mjv_defaultCamera",
     "mjv_defaultFreeCamera",
     "mjv_defaultOption",
@@ -83,6 +87,18 @@ class MjvGeom:
         self.label = ""
 
 
+# Between the eyes, m: MuJoCo's default. Penny draws with one eye, in the middle.
+_EYES = 0.068
+
+
+class MjvGLCamera:
+    """Where one eye of a picture is, and which way is ahead and up. Penny has no numbers of its frustum."""
+
+    def __init__(self, place, axes, side: float):
+        right, up, back = axes
+        self.pos, self.forward, self.up = (np.asarray(v, np.float32) for v in (place + side * right, -back, up))
+
+
 class MjvScene:
     """What the next picture shows: data and camera, taken by `mjv_updateScene`."""
 
@@ -97,6 +113,14 @@ class MjvScene:
         if self._geoms is None:
             self._geoms = [MjvGeom() for _ in range(self.maxgeom)]
         return self._geoms
+
+    @property
+    def camera(self) -> list[MjvGLCamera]:
+        """The left and the right eye; zeros before `mjv_updateScene`."""
+        if self._data is None:
+            return [MjvGLCamera(np.zeros(3), np.zeros((3, 3)), 0) for _ in range(2)]
+        place, axes = _pose(self._data, _place(self._model, self._data, self._camera))
+        return [MjvGLCamera(place, axes, side) for side in (-_EYES / 2, _EYES / 2)]
 
 
 class MjrRect:
@@ -152,8 +176,29 @@ def mjv_initGeom(geom: MjvGeom, type, size=None, pos=None, mat=None, rgba=None) 
         geom.mat = np.reshape(mat, (3, 3))
 
 
+_HALVED = {mjtGeom.mjGEOM_CAPSULE, mjtGeom.mjGEOM_CYLINDER}
+_WHOLE = {mjtGeom.mjGEOM_ARROW, mjtGeom.mjGEOM_ARROW1, mjtGeom.mjGEOM_ARROW2, mjtGeom.mjGEOM_LINE}
+
+
+def mjv_connector(geom: MjvGeom, type, width: float, from_, to) -> None:
+    """Places a geom that is added by hand between two points, its z axis from one to the other.
+
+    Capsules and cylinders have their middle in `pos` and half their length in `size`, arrows and lines begin there.
+    """
+    kind, start, end = int(type), np.array(from_, dtype=float), np.array(to, dtype=float)
+    if kind not in _HALVED | _WHOLE:
+        raise FatalError(f"mjv_connector: invalid geom type {kind} for connector")
+    length, quat, mat = np.linalg.norm(end - start), np.zeros(4), np.zeros(9)
+    if kind in _HALVED:
+        start, length = (start + end) / 2, length / 2
+    mju_quatZ2Vec(quat, end - start)
+    mju_quat2Mat(mat, quat)
+    geom.type, geom.size, geom.pos, geom.mat = kind, np.array([width, width, length]), start, mat.reshape(3, 3)
+
+
 def mjv_updateScene(m, d, opt, pert, cam, catmask, scn) -> None:
-    """Takes camera and options for the next picture. Data are looked at when it is drawn."""
+    """Takes camera and options for the next picture, and no geom added by hand. Data are looked at when it is drawn."""
+    scn.ngeom = 0
     scn._model, scn._data, scn._camera, scn._option = m, d, copy.deepcopy(cam), copy.deepcopy(opt)
 
 
@@ -176,13 +221,28 @@ def _place(m: MjModel, d: MjData, cam: MjvCamera):
     return [*map(float, lookat), cam.distance, cam.azimuth, cam.elevation, m.vis.global_.fovy]
 
 
+def _pose(d: MjData, place):
+    """Where the eye of `_place` is, and its axes in rows: right, up and back.
+
+    z = −(cos e cos a, cos e sin a, sin e),   eye = lookat + distance z      e elevation, a azimuth
+    """
+    if isinstance(place, int):
+        return d.cam_xpos[place], d.cam_xmat[place].reshape(3, 3).T
+    lookat, distance, (a, e) = np.array(place[:3]), place[3], np.radians(place[4:6])
+    back = -np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    up = np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])
+    return lookat + distance * back, np.array([np.cross(up, back), up, back])
+
+
 _SHOWN = {mjtVisFlag.mjVIS_CONTACTPOINT, mjtVisFlag.mjVIS_CONTACTFORCE}
 
 
-def _picture(m, d, width, height, cam, opt):
+def _picture(m, d, width, height, cam, opt, added=0):
     unknown = [flag.name for flag in mjtVisFlag if flag < len(opt.flags) and opt.flags[flag] and flag not in _SHOWN]
-    if unknown or opt.frame or opt.label:
-        what = ", ".join([*unknown, *(["frames"] if opt.frame else []), *(["labels"] if opt.label else [])])
+    others = {"frames": opt.frame, "labels": opt.label, "geoms added to the scene": added}
+    unknown += [name for name, wanted in others.items() if wanted]
+    if unknown:
+        what = ", ".join(unknown)
         warnings.warn(f"Penny's pictures do not show {what}", UserWarning, stacklevel=4)
     contacts = bool(opt.flags[mjtVisFlag.mjVIS_CONTACTPOINT] or opt.flags[mjtVisFlag.mjVIS_CONTACTFORCE])
     return _paint(d, width, height, _place(m, d, cam), [bool(g) for g in opt.geomgroup], contacts)
@@ -223,7 +283,7 @@ def mjr_render(viewport: MjrRect, scn: MjvScene, con: MjrContext) -> None:
     if scn.flags[mjtRndFlag.mjRND_SEGMENT]:
         raise NotImplementedError("Penny draws no segmentation")
     con._shown = scn._model, scn._data, viewport.width, viewport.height, scn._camera, scn._option
-    con._picture = _picture(*con._shown)
+    con._picture = _picture(*con._shown, scn.ngeom)
 
 
 def mjr_readPixels(rgb, depth, viewport: MjrRect, con: MjrContext) -> None:
@@ -356,7 +416,7 @@ class Renderer:
         shown = self._model, scene._data, self._width, self._height, scene._camera, scene._option
         if self._kind == "picture":
             # As in MuJoCo: nothing to be seen before `update_scene`.
-            return _picture(*shown) if scene._data is not None else np.zeros(shape, np.uint8)
+            return _picture(*shown, scene.ngeom) if scene._data is not None else np.zeros(shape, np.uint8)
         if self._kind == "depth":
             farthest = _range(self._model)[1]
             return _depths(*shown)[0] if scene._data is not None else np.full(shape, farthest, np.float32)

@@ -6,6 +6,8 @@ import warnings
 
 import numpy as np
 
+from ._enums import mjtGeom
+
 
 class _Global:
     """`<visual><global>`: what Penny's pictures use of it."""
@@ -61,30 +63,43 @@ class MjVisual:
 
 
 class MjStatistic:
-    """What pictures are scaled by: size and centre of the model in `qpos0`, m, from `<statistic>` where the file has
-    them.
+    """What pictures are scaled by: size and centre of the model in `qpos0` and mean size of its bodies, m, from
+    `<statistic>` where the file has them.
 
-    Otherwise both are Penny's own measure: those of the box that holds the spheres about all geoms.
+    Otherwise as in MuJoCo: the centre of the box about all bodies, their centres of mass, joints, sites and the spheres
+    about geoms (a tenth of a plane); its longest side, or twice the mean size of a body if that is more. The size of a
+    body is how far from its centre of mass its joints, those of its children and its geoms reach.
     """
 
-    __slots__ = ("center", "extent")
+    __slots__ = ("center", "extent", "meansize")
 
     def __init__(self, model, given=()):
         from ._penny import MjData
 
-        data = MjData(model)
-        radius = model.geom_rbound
-        low = np.full(3, np.inf)
-        high = -low
-        for place, r in zip(data.geom_xpos, radius):
-            if r > 0:
-                low, high = np.minimum(low, place - r), np.maximum(high, place + r)
-        if not np.isfinite(low).all():
-            low, high = -np.ones(3), np.ones(3)
+        data, radius, of = MjData(model), model.geom_rbound.copy(), model.geom_bodyid
+        plane = model.geom_type == mjtGeom.mjGEOM_PLANE
+        size = np.zeros(model.nbody)
+
+        def grow(bodies, places, beyond=0.0):
+            np.maximum.at(size, bodies, np.linalg.norm(places - data.xipos[bodies], axis=1) + beyond)
+
+        round_ = ~plane & (radius > 0)
+        grow(of[round_], data.geom_xpos[round_], radius[round_])
+        for bodies in (model.jnt_bodyid, model.body_parentid[model.jnt_bodyid]):
+            grow(bodies, data.xanchor)
+        self.meansize = float(size[1:].mean()) if model.nbody > 1 else 0.2
+        radius[plane] = 0.1 * model.geom_size[plane, :2].max(axis=1)
+        seen = radius > 0
+        spheres = [data.geom_xpos[seen] + sign * radius[seen, None] for sign in (-1, 1)]
+        points = np.concatenate([data.xpos[1:], data.xipos[1:], data.xanchor, data.site_xpos, *spheres])
+        if len(points) == 0:
+            points = np.zeros((1, 3)) if model.ngeom else np.array([-np.ones(3), np.ones(3)])
+        low, high = points.min(axis=0), points.max(axis=0)
         self.center = 0.5 * (low + high)
-        self.extent = max(float((high - low).max()), 1e-5)
+        self.extent = max(float((high - low).max()), 2 * self.meansize, 1e-5)
         given = dict(given)
-        if "extent" in given:
-            self.extent = float(given["extent"])
+        for name in ("extent", "meansize"):
+            if name in given:
+                setattr(self, name, float(given[name]))
         if "center" in given:
             self.center = np.array([float(x) for x in given["center"].split()])

@@ -113,6 +113,69 @@ DEEP = """<mujoco><statistic extent="2" center="0 0 0"/><worldbody><geom type="p
 <geom type="box" pos="-.5 0 .2" size=".2 .3 .2"/><geom group="3" size=".1" pos="0 0 1.5"/></worldbody></mujoco>"""
 
 
+def test_eyes_of_a_scene_are_mujocos():
+    pair = both()
+    scenes = mujoco.MjvScene(pair.mm, 100), penny.MjvScene(pair.pm, 100)
+    assert not any(eye.pos.any() or eye.forward.any() for eye in scenes[1].camera)
+    for kind, number in ((0, -1), (1, -1), *((2, i) for i in range(pair.pm.ncam))):
+        for module, m, d, scene in zip((mujoco, penny), (pair.mm, pair.pm), (pair.md, pair.pd), scenes):
+            camera = module.MjvCamera()
+            camera.lookat, camera.distance, camera.azimuth, camera.elevation = [0.1, 0.2, 0.3], 3, 40, -20
+            camera.type, camera.fixedcamid, camera.trackbodyid = kind, number, 1
+            module.mjv_updateScene(m, d, module.MjvOption(), None, camera, 7, scene)
+        for ours, theirs in zip(scenes[1].camera, scenes[0].camera):
+            for name in ("pos", "forward", "up"):
+                a, b = getattr(ours, name), getattr(theirs, name)
+                assert a.dtype == b.dtype and np.abs(a - b).max() < 1e-6, (kind, number, name)
+
+
+# Nothing; planes without end and with one; a body away from its joint and its mass; a size that is given.
+STATISTICS = (
+    "<mujoco/>",
+    "<mujoco><worldbody><geom type='plane' size='0 0 1'/></worldbody></mujoco>",
+    "<mujoco><worldbody><geom type='plane' size='0 3 1'/><site pos='4 0 0'/></worldbody></mujoco>",
+    "<mujoco><statistic meansize='.01'/><worldbody><body pos='1 2 3'><geom size='.1'/></body></worldbody></mujoco>",
+    """<mujoco><worldbody><body><joint axis="0 1 0" pos="0 0 2"/><geom size=".1 .2" type="capsule" pos=".3 0 0"/>
+    <body pos="0 1 0"><joint pos=".5 0 0"/><inertial pos="0 0 .1" mass="1" diaginertia="1 1 1"/>
+    <geom size=".1 .2 .3" type="box" euler="10 20 30"/></body></body></worldbody></mujoco>""",
+    BALL,
+)
+
+
+def test_a_model_is_as_large_as_mujoco_has_it():
+    for text in STATISTICS:
+        m, p = mujoco.MjModel.from_xml_string(text), penny.MjModel.from_xml_string(text)
+        for name in ("extent", "center", "meansize"):
+            assert close(getattr(p.stat, name), getattr(m.stat, name)), (text, name)
+    for path in [*MODELS.glob("*.xml"), *(ASSETS / f"{name}.xml" for name in ("ant", "humanoid", "hopper"))]:
+        try:
+            m, p = mujoco.MjModel.from_xml_path(str(path)), penny.MjModel.from_xml_path(str(path))
+        except ValueError:
+            continue
+        assert close(p.stat.extent, m.stat.extent) and close(p.stat.center, m.stat.center), path
+
+
+def test_geoms_between_two_points():
+    m = mujoco.MjModel.from_xml_string("<mujoco/>")
+    for kind in (3, 5, 100, 101, 102, 103):
+        for end in ([1, 2, 0], [1, 0, 3], [1.5, -1, -3], [1, 0, -2], [1, 0, 0]):
+            geoms = mujoco.MjvScene(m, 1).geoms[0], penny.MjvGeom()
+            for module, geom in zip((mujoco, penny), geoms):
+                module.mjv_initGeom(geom, kind, np.ones(3), np.zeros(3), np.eye(3).ravel(), np.ones(4, np.float32))
+                module.mjv_connector(geom, kind, 0.1, np.array([1.0, 0, 0]), np.array(end, dtype=float))
+            for name in ("type", "size", "pos", "mat"):
+                assert close(getattr(geoms[1], name), getattr(geoms[0], name), 1e-6), (kind, end, name)
+    with pytest.raises(penny.FatalError, match="invalid geom type 2"):
+        penny.mjv_connector(penny.MjvGeom(), penny.mjtGeom.mjGEOM_SPHERE, 0.1, np.zeros(3), np.ones(3))
+    with penny.Renderer(both().pm) as renderer:
+        renderer.update_scene(both().pd)
+        renderer.scene.ngeom += 1
+        with pytest.warns(UserWarning, match="geoms added"):
+            renderer.render()
+        renderer.update_scene(both().pd)
+        assert renderer.scene.ngeom == 0
+
+
 def test_depths_are_those_of_the_surfaces():
     m = penny.MjModel.from_xml_string(DEEP)
     d, width, height = penny.MjData(m), 61, 47
@@ -189,6 +252,7 @@ def test_depths_and_segments_are_mujocos(tmp_path):
 def test_depth_of_the_buffer_and_what_is_not_seen():
     m = penny.MjModel.from_xml_string(DEEP)
     d, option, camera = penny.MjData(m), penny.MjvOption(), penny.MjvCamera()
+    penny.GLContext(40, 30).make_current()
     scene, context, view = penny.MjvScene(m, 10), penny.MjrContext(m), penny.MjrRect(0, 0, 40, 30)
     camera.type, camera.fixedcamid = penny.mjtCamera.mjCAMERA_FIXED, m.camera("side").id
     penny.mjv_updateScene(m, d, option, None, camera, 7, scene)
