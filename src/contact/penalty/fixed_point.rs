@@ -14,12 +14,13 @@ use crate::data::Outcome;
 /// at a guess may be anything.
 ///
 /// In: `tries`, how many steps of [`semismooth`] are tried each time the pieces have settled; 0: the limits alone follow.
-pub fn solve(task: &Task, island: &mut Island, rounds: usize, tries: usize) -> Outcome {
+/// `softly`: friction is softer first.
+pub fn solve(task: &Task, island: &mut Island, rounds: usize, tries: usize, softly: bool) -> Outcome {
     let mut outcome = Outcome { iterations: 0, residual: residual(island) };
     island.w.copy_from_slice(&island.p);
     limit(&mut island.constraints, false);
     newton::begin(island);
-    let softened = soften(task, island, rounds);
+    let softened = if softly { soften(task, island, rounds) } else { (0, false) };
     outcome.iterations += softened.0;
     let (mut solved, mut follows) = (softened.1, false);
     while outcome.iterations < rounds {
