@@ -15,7 +15,7 @@ mod requirements;
 mod sensors;
 mod ties;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 pub use canonical::canonical;
 pub use edit::Invalid;
@@ -159,13 +159,13 @@ struct Names<'a> {
     of: &'static str,
     index: BTreeMap<&'a str, usize>,
     /// Names of what is in the file, but not in the model: meshes.
-    only_seen: Vec<&'a str>,
+    only_seen: BTreeSet<&'a str>,
 }
 
 impl<'a> Names<'a> {
     fn new(of: &'static str, names: impl Iterator<Item = &'a str>) -> Names<'a> {
         let named = names.enumerate().filter(|(_, name)| !name.is_empty());
-        Names { of, index: named.map(|(i, name)| (name, i)).collect(), only_seen: Vec::new() }
+        Names { of, index: named.map(|(i, name)| (name, i)).collect(), only_seen: BTreeSet::new() }
     }
 
     /// The index of the element that an attribute names.
@@ -173,7 +173,7 @@ impl<'a> Names<'a> {
         let found = self.index.get(name).copied();
         if found.is_none() {
             let kind = ProblemKind::UnknownReference { what: self.of.into(), name: name.into() };
-            let seen = self.only_seen.contains(&name);
+            let seen = self.only_seen.contains(name);
             let help = if seen {
                 "the geom of that name is a mesh, which is only seen: nothing touches or measures it"
             } else {

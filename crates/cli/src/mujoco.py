@@ -92,9 +92,9 @@ def rollouts(worlds, threads, steps, **_):
     mujoco.mj_getState(model, data, start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     starts, warm = numpy.tile(start, (worlds, 1)), numpy.tile(data.qacc_warmstart, (worlds, 1))
     controls = numpy.tile(data.ctrl, (worlds, steps, 1)) if model.nu else None
-    if workers is None or workers[0] != (id(model), threads):
+    if workers is None or workers[0] is not model or len(workers[2]) != threads:
         datas = [mujoco.MjData(model) for _ in range(threads)]
-        workers = (id(model), threads), worlds_loop.Rollout(nthread=threads if threads > 1 else 0), datas
+        workers = model, worlds_loop.Rollout(nthread=threads if threads > 1 else 0), datas
     out = numpy.empty((worlds, steps, start.size)), numpy.empty((worlds, steps, model.nsensordata))
     before = time.perf_counter_ns()
     workers[1].rollout(

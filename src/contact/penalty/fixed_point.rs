@@ -10,7 +10,7 @@ use crate::data::Outcome;
 
 /// Solves from the forces that the constraints have, with at most `rounds` linear systems. Out: the forces, and in `p` what
 /// they do. Where the rounds were too few, these are the forces of the last convex problem that was solved, with friction that
-/// was softer or had limits that follow too late: bodies creep, but gain no energy, whereas the forces that stiff friction has
+/// was softer or had limits that follow too late: bodies creep, but friction brakes, whereas the forces that stiff friction has
 /// at a guess may be anything.
 ///
 /// In: `tries`, how many steps of [`semismooth`] are tried each time the pieces have settled; 0: the limits alone follow.

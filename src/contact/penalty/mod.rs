@@ -47,7 +47,7 @@
 //! With large friction the limits may have no solution that agrees with them, or several (Painlevé): then a residual
 //! stays, or the solution is that which lies nearest to the last step's. In a dense pile, whose balls hold one another in closed
 //! chains, it may stay, too: then the forces are those of the last convex problem that was solved, and bodies creep, but the pile
-//! gains no energy.
+//! settles.
 //!
 //! **Under an implicit integrator** the law is asked for the forces at a velocity that is already that of the end of the
 //! step. There friction depends on this velocity alone,
