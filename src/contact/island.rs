@@ -80,6 +80,8 @@ pub struct Island {
     chained: bool,
     /// C of each constraint in H = 1 + Wᵀ C W.
     pub curvatures: Vec<Curvature>,
+    /// See [`super::penalty::interior`].
+    pub interior: Vec<super::penalty::interior::Interior>,
     /// Whether `blocks` have the structure of this island: a good start needs none.
     analysed: bool,
     /// Vectors over the dofs of one tree, for rows of J and for products.
@@ -109,6 +111,7 @@ impl Island {
         self.units.reserve(model.trees.len());
         self.constraints.reserve(constraints);
         self.sources.reserve(constraints);
+        self.interior.reserve(constraints);
         self.curvatures.reserve(constraints);
         self.chains.reserve(contacts + joints, (contacts + joints) * widest, model.requires.condim, pattern);
         self.rows.reserve(constraints, (contacts * model.requires.condim * 2 + joints) * widest + numbers, widest);
@@ -512,17 +515,6 @@ impl Island {
             let w = &mut self.w[place];
             w[unit.dofs..].fill(0.0);
             unit_mass::of_qacc(data, unit.tree, tree, scale, smooth, &qacc[tree.dofs.clone()], w);
-        }
-    }
-
-    /// The constraints' forces as contacts and joint rows have them: those of the last step.
-    pub fn recall(&mut self, data: &Data) {
-        for (c, source) in self.constraints.iter_mut().zip(&self.sources) {
-            match *source {
-                Source::Contact(i) => c.force = data.contacts[i].force,
-                Source::Joint(i) => c.force[0] = data.joint_rows[i].force,
-                Source::Tie(i) => c.force = data.ties[i].force,
-            }
         }
     }
 

@@ -51,8 +51,6 @@ pub struct Constraint {
     pub zone: Zone,
     /// The piece of the `penalty` law's equations on which the force is.
     pub piece: Piece,
-    /// Normal force, and by how much it differed from `cone.limit`, when that was last changed, N.
-    pub last: [f64; 2],
 }
 
 impl Constraint {
@@ -90,17 +88,6 @@ impl Constraint {
     fn take_y(&mut self, product: [f64; 6]) {
         let y = self.beyond_bias(product);
         self.cone.spread(&y, &mut self.y);
-    }
-
-    /// Multiplies the coefficients of a contact's friction, and its forces, by a factor.
-    pub fn scale_friction(&mut self, factor: f64) {
-        if self.cone.kind == Kind::Coulomb {
-            for k in 1..self.cone.dim {
-                self.cone.mu[k] *= factor;
-                self.cone.d[k] /= factor * factor;
-                self.force[k] *= factor;
-            }
-        }
     }
 
     /// The force −∂s/∂x at the acceleration `rate`; the normal force there limits Coulomb friction.
@@ -252,18 +239,6 @@ fn guess(task: &Task, island: &mut Island) -> bool {
     slips
 }
 
-/// Evaluates the constraints at w: where [`iterate`] begins.
-pub fn begin(island: &mut Island) {
-    evaluate(island);
-    island.take_gradient();
-}
-
-/// The same, at the x that the constraints have, after a change of their costs.
-pub fn refresh(island: &mut Island) {
-    forces(&mut island.constraints);
-    island.take_gradient();
-}
-
 /// p = −H⁻¹ g. Out: the Newton decrement gᵀ H⁻¹ g, twice the improvement that a quadratic would give.
 fn step(task: &Task, island: &mut Island) -> f64 {
     island.p.iter_mut().zip(&island.gradient).for_each(|(p, g)| *p = -g);
@@ -280,30 +255,6 @@ fn advance(island: &mut Island) -> Point {
     island.multiply_p(|c, _, product| c.take_y(product));
     evaluate_further(1.0, &mut island.constraints)
 }
-
-/// One Newton step with line search. Out: whether it left every constraint on its piece of the cost, or was no more than
-/// rounding; `None` where nothing leads further down.
-pub fn iterate(task: &Task, island: &mut Island) -> Option<bool> {
-    let energy = dot(&island.w, &island.w);
-    let decrement = step(task, island);
-    if decrement.is_nan() || decrement <= 0.0 {
-        return None;
-    }
-    let point = advance(island);
-    let mut same = point.same;
-    let tiny = decrement <= TINY * energy;
-    if !(tiny || point.same && point.quadratic)
-        && let Some(back) = line_search(island, decrement)
-    {
-        same &= evaluate_further(back, &mut island.constraints).same;
-    }
-    island.take_gradient();
-    Some(same || tiny)
-}
-
-/// Part of (a − a₀)ᵀ M (a − a₀) below which the Newton decrement is so small that a step is taken in full: slopes along it
-/// would be rounding.
-const TINY: f64 = 1e-20;
 
 /// Newton's method from w, where constraints and gradient have been evaluated.
 fn descend(task: &Task, island: &mut Island, stop: &Stop, scale: f64, mut norm: f64) -> Outcome {

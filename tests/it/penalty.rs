@@ -291,15 +291,15 @@ fn solref_means_what_we_say() {
     }
 }
 
-/// Two ways to the same forces: Newton's method on the law's own equations, and convex problems whose limits follow. Bodies of
-/// all shapes on one another and on static ones, asked at every state.
+/// Two ways to the same forces: along the pieces from the last step's, and from within the inequalities from none. Bodies of all
+/// shapes on one another and on static ones, asked at every state.
 #[test]
 fn the_equations_have_one_solution_whichever_method_finds_it() {
     let Law { name, about, joints, start, by_timestep, lever, pose, friction, describe, unlike, .. } = penalty::LAW;
-    let solve = penalty::solve_convex;
-    let convex =
+    let solve = penalty::solve_anew;
+    let anew =
         Law { name, about, joints, start, by_timestep, lever, solve, pose, shortcut: None, friction, describe, unlike };
-    let convex: &'static Law = Box::leak(Box::new(convex));
+    let anew: &'static Law = Box::leak(Box::new(anew));
     let (mut asked, mut compared) = (0, 0);
     for (seed, cone) in (0..60).map(|seed| (seed, if seed % 2 == 0 { "elliptic" } else { "pyramidal" })) {
         let recipe = Recipe { touch: closed_form, statics: true, gravity: true, round: false, gap: -1e-3, cone };
@@ -308,7 +308,7 @@ fn the_equations_have_one_solution_whichever_method_finds_it() {
         for _ in 0..40 {
             sim.step();
             forward(&sim.model, &sim.method, &sim.state, &mut sim.data);
-            let method = Method { contact: convex, rounds: 1000, ..sim.method };
+            let method = Method { contact: anew, rounds: 1000, ..sim.method };
             forward(&sim.model, &method, &sim.state, &mut other);
             asked += 1;
             if sim.data.solver.residual.max(other.solver.residual) > penalty::TOLERANCE {

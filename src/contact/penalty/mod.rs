@@ -36,18 +36,14 @@
 //!    slips) they are linear, but for friction that turns. One linear system solves them, and one more for each piece that ends
 //!    on the way from the last step to this one.
 //! 2. [`semismooth::solve`]: Newton's method, which converges quadratically where friction turns.
-//! 3. `grow`: the same two from no forces, with coefficients of friction that grow to what they are, in islands of few contacts.
-//! 4. [`fixed_point`]: for given limits of friction the sum has one least point, which Newton's method with line search finds
-//!    ([`super::newton`]), first for softer friction; from there the equations are tried again, and if they are still not solved the
-//!    limits are set to μ n.
+//! 3. [`interior`]: an interior-point method, from no forces.
 //!
 //! [`Method::rounds`](crate::method::Method::rounds) bounds the linear systems; the residual that is left is in
 //! `data.solver`.
 //!
-//! With large friction the limits may have no solution that agrees with them, or several (Painlevé): then a residual
-//! stays, or the solution is that which lies nearest to the last step's. In a dense pile, whose balls hold one another in closed
-//! chains, it may stay, too: then the forces are those of the last convex problem that was solved, and bodies creep, but the pile
-//! settles.
+//! With large friction the equations may have several solutions (Painlevé): which one is found depends on the last step's
+//! forces as long as they lead to one. In a dense pile that is being pressed together the rounds may be too few: then the forces
+//! are the last ones of the interior-point method, within their limits, bodies creep, and the pile settles.
 //!
 //! **Under an implicit integrator** the law is asked for the forces at a velocity that is already that of the end of the
 //! step. There friction depends on this velocity alone,
@@ -58,9 +54,9 @@
 //!
 //! Source: the cost of the normals is MuJoCo's (manual, Computation › Constraint model); friction limited by a normal
 //! force that is found along with it: J. Haslinger, "Approximation of the Signorini problem with friction, obeying the
-//! Coulomb law", Math. Meth. Appl. Sci. 5 (1983), 422–437 (fixed point of Tresca problems).
+//! Coulomb law", Math. Meth. Appl. Sci. 5 (1983), 422–437.
 
-mod fixed_point;
+pub(super) mod interior;
 pub mod residual;
 mod semismooth;
 mod steady;
@@ -170,14 +166,9 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
                     MOST.min(rounds - outcome.iterations),
                 ));
             }
-            if outcome.residual > TOLERANCE && !is_large(island) {
-                outcome = outcome.then(grow(task, own, island, rounds - outcome.iterations));
-            }
         }
         if outcome.residual > TOLERANCE && outcome.iterations < rounds {
-            island.recall(task.data);
-            outcome =
-                outcome.then(fixed_point::solve(task, island, rounds - outcome.iterations, MOST, is_large(island)));
+            outcome = outcome.then(interior::solve(task, island, rounds - outcome.iterations));
         }
     }
     // Accelerations are always those that the forces cause, converged or not.
@@ -185,11 +176,11 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     outcome
 }
 
-/// The same forces by the convex problems alone, from whatever forces: another way, for tests to compare with.
-pub fn solve_convex(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
+/// The same forces by [`interior`] alone: another way, for tests to compare with.
+pub fn solve_anew(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     pose(task, own, island);
     island.constraints.iter_mut().for_each(Constraint::begin);
-    let outcome = fixed_point::solve(task, island, task.settings.rounds, 0, false);
+    let outcome = interior::solve(task, island, task.settings.rounds);
     std::mem::swap(&mut island.w, &mut island.p);
     outcome
 }
@@ -200,46 +191,6 @@ const MOST: usize = 4;
 /// Ends of pieces that are passed at most. Of 1,000 steps in which Gymnasium's walker falls and lies 900 pass none, 88 up to
 /// three, the others up to seven.
 const FOLLOW: usize = 10;
-
-/// Solves from no forces at all: coefficients of friction grow from a fraction to what they are, and the solution with them. Out:
-/// the forces, and in `p` what they do.
-///
-/// Where friction is large, a solution may end from one step to the next (a body that was jammed comes free), and another is far
-/// from it. This one begins where there is only one. Large islands are not tried.
-fn grow(task: &Task, own: &mut Scratchpad, island: &mut Island, rounds: usize) -> Outcome {
-    let mut outcome = Outcome { iterations: 0, residual: f64::INFINITY };
-    island.constraints.iter_mut().for_each(|c| c.force = [0.0; 6]);
-    let mut share = 1.0;
-    for k in 1..=GROWTH {
-        let next = k as f64 / GROWTH as f64;
-        island.constraints.iter_mut().for_each(|c| c.scale_friction(next / share));
-        if k == GROWTH {
-            // The coefficients themselves, without rounding.
-            island.constraints.iter_mut().for_each(|c| c.start = c.force);
-            pose(task, own, island);
-            island.constraints.iter_mut().for_each(|c| c.force = c.start);
-        }
-        share = next;
-        residual(island);
-        outcome = outcome.then(semismooth::follow(task, island, FOLLOW.min(rounds - outcome.iterations)));
-        if outcome.residual > TOLERANCE {
-            let tries = MOST.min(rounds - outcome.iterations);
-            outcome = outcome.then(semismooth::solve(task, island, outcome.residual, tries));
-        }
-    }
-    outcome
-}
-
-/// In how many steps coefficients of friction grow: enough for the random scene 718 of tests/it/invariance.rs, in which a cylinder
-/// that slips on its edge comes free in one step, with 23 linear systems.
-const GROWTH: usize = 4;
-
-/// Whether an island has more constraints than [`grow`] passes ends of pieces. Then softer friction leads to the solution: of 700
-/// steps of a bin of 30 balls 85 are not solved, where `grow` is tried first 320, where friction is not softer 698; in a heap of
-/// 30 shapes, whose islands are small, softer friction takes half as long again.
-fn is_large(island: &Island) -> bool {
-    island.constraints.len() > GROWTH * FOLLOW
-}
 
 /// The terms of the sum.
 fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {

@@ -63,7 +63,7 @@ fn size(c: &Constraint) -> f64 {
         Kind::TwoSided => (0..c.cone.dim).fold(0.0, |most: f64, k| most.max(c.inverse[k / 3] * c.force[k].abs())),
         _ => c.inverse[0] * c.force[0].abs(),
     };
-    pushed.max(1e-4 * c.bias[..c.cone.dim].iter().fold(0.0, |m, b| b.abs().max(m)))
+    pushed.max(1e-4 * c.bias[..c.cone.dim].iter().chain(&c.smooth[..c.cone.dim]).fold(0.0, |m, b| b.abs().max(m)))
 }
 
 /// Lets forces that were taken as they were go part of the way to what their formulas ask for (Jacobi's method, damped for
