@@ -173,23 +173,35 @@ fn what_is_fixed_may_be_listed_last() {
 #[test]
 fn the_heavy_rests_on_the_light() {
     let cube = "type='box' size='.1 .1 .1' mass=";
-    for bodies in [
-        free("light", "0 0 .1", &format!("{cube}'1'")) + &free("heavy", "0 0 .301", &format!("{cube}'1000'")),
-        free("light", "0 0 .1", "type='cylinder' size='.1 .1' mass='1'")
-            + &free("heavy", "0 0 .301", &format!("{cube}'200'")),
-        free("l", "-.2 0 .1", &format!("{cube}'1'"))
-            + &free("r", ".2 0 .1", &format!("{cube}'1'"))
-            // Of 400 kg and more it sways for seconds before it rests, as in MuJoCo: the boxes are sunk by centimetres.
-            + &free("beam", "0 0 .251", "type='box' size='.3 .1 .05' mass='200'"),
-        free("a", "0 0 .1", &format!("{cube}'1'"))
-            + &free("b", "0 0 .3", &format!("{cube}'10'"))
-            + &free("c", "0 0 .5", &format!("{cube}'1000'")),
+    // Whether it sinks so deep that `explain` says why.
+    for (bodies, deep) in [
+        (free("light", "0 0 .1", &format!("{cube}'1'")) + &free("heavy", "0 0 .301", &format!("{cube}'1000'")), true),
+        (
+            free("light", "0 0 .1", "type='cylinder' size='.1 .1' mass='1'")
+                + &free("heavy", "0 0 .301", &format!("{cube}'200'")),
+            true,
+        ),
+        // A beam of 400 kg and more sways for seconds before it rests, as in MuJoCo.
+        (
+            free("l", "-.2 0 .1", &format!("{cube}'1'"))
+                + &free("r", ".2 0 .1", &format!("{cube}'1'"))
+                + &free("beam", "0 0 .251", "type='box' size='.3 .1 .05' mass='200'"),
+            false,
+        ),
+        (
+            free("a", "0 0 .1", &format!("{cube}'1'"))
+                + &free("b", "0 0 .3", &format!("{cube}'10'"))
+                + &free("c", "0 0 .5", &format!("{cube}'1000'")),
+            true,
+        ),
     ] {
         let text = world(&format!("{PLANE}{bodies}"));
         let mut sim = Sim::law(&text, "penalty");
         sim.run(9.0);
         assert!(fastest(&sim) < 1e-3 && aside(&sim) < 1e-3, "{:?}\n{text}", sim.state);
-        has(&said("explain", &text, &[]), &["mass ratio", "the depth of "]);
+        if deep {
+            has(&said("explain", &text, &[]), &["mass ratio", "the depth of "]);
+        }
     }
 }
 

@@ -66,7 +66,7 @@ use super::describe::{self, Creep, Description, Unlike};
 use super::impedance::{Reference, clamp, impedance, least_regularisation, regularisation, share};
 use super::island::{Island, Source};
 use super::mujoco::coefficients::inverse_mass;
-use super::newton::Constraint;
+use super::newton::{self, Constraint, Stop};
 use super::per_mix::PerMix;
 use super::{Law, Lever, Task};
 use crate::data::{JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
@@ -182,6 +182,15 @@ pub fn solve_anew(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Out
     island.constraints.iter_mut().for_each(Constraint::begin);
     let outcome = interior::solve(task, island, task.settings.rounds);
     std::mem::swap(&mut island.w, &mut island.p);
+    outcome
+}
+
+/// The forces that make the sum least under the limits of friction that [`solve`] finds, which are those of [`solve`]: the law's
+/// definition, for tests to compare with.
+pub fn solve_as_defined(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
+    let outcome = solve(task, own, island);
+    island.constraints.iter_mut().for_each(|c| c.cone.limit = c.force[0]);
+    newton::minimise(task, island, &Stop { tolerance: 0.0, iterations: task.settings.rounds, warm: true });
     outcome
 }
 

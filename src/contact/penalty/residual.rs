@@ -57,7 +57,8 @@ pub fn misfit(island: &mut Island) -> f64 {
     }
 }
 
-/// What a residual is measured by, m/s²: what the normal force does, and more than the rounding of v/h and of a_ref.
+/// What a residual is measured by, m/s²: what the normal force does, and more than the rounding of v/h, of a_ref and of J a₀: bodies that touch
+/// without a force have none to compare with.
 fn size(c: &Constraint) -> f64 {
     let pushed = match c.cone.kind {
         Kind::TwoSided => (0..c.cone.dim).fold(0.0, |most: f64, k| most.max(c.inverse[k / 3] * c.force[k].abs())),
