@@ -41,6 +41,8 @@ pub struct Interior {
     y: f64,
     change_y: f64,
     groups: [Group; 3],
+    /// The forces with the least residual so far.
+    best: [f64; 6],
 }
 
 /// The same of a group of friction.
@@ -62,7 +64,7 @@ pub fn solve(task: &Task, island: &mut Island, rounds: usize) -> Outcome {
     take_x(island);
     let tau = island.constraints.iter().map(largest).fold(0.0, f64::max);
     begin(&mut island.constraints, &mut inner, tau);
-    let (mut tried, mut shorts) = (1.0, 0);
+    let (mut tried, mut shorts, mut least) = (1.0, 0, f64::INFINITY);
     while outcome.iterations < rounds {
         outcome.iterations += 1;
         direction(task, island, &mut inner, None);
@@ -73,11 +75,10 @@ pub fn solve(task: &Task, island: &mut Island, rounds: usize) -> Outcome {
         shorts = if part < SHORT { shorts + 1 } else { 0 };
         if shorts == 2 {
             // Across, no further than the accelerations are large.
-            let Island { w, p, constraints, .. } = &mut *island;
+            let Island { w, p, .. } = &mut *island;
             let size = |v: &[f64]| v.iter().fold(0.0f64, |most, x| most.max(x.abs()));
             let part = (size(w) / size(p)).min(1.0);
             w.iter_mut().zip(&*p).for_each(|(w, p)| *w += part * p);
-            constraints.iter_mut().for_each(|c| c.start = c.force);
             take_x(island);
             begin(&mut island.constraints, &mut inner, AGAIN * gap);
             shorts = 0;
@@ -85,9 +86,12 @@ pub fn solve(task: &Task, island: &mut Island, rounds: usize) -> Outcome {
         }
         advance(island, &mut inner, part);
         outcome.residual = residual(island);
+        if outcome.residual < least {
+            least = outcome.residual;
+            island.constraints.iter().zip(&mut inner).for_each(|(c, inner)| inner.best = c.force);
+        }
         if outcome.residual == f64::INFINITY {
-            // Nearer than numbers can tell: the forces before.
-            island.constraints.iter_mut().for_each(|c| c.force = c.start);
+            // Nearer to an inequality than numbers can tell.
             break;
         }
         if outcome.residual <= TOLERANCE {
@@ -105,10 +109,11 @@ pub fn solve(task: &Task, island: &mut Island, rounds: usize) -> Outcome {
         }
         take_x(island);
     }
-    island.interior = inner;
-    if outcome.residual > TOLERANCE {
+    if outcome.residual > TOLERANCE && least < f64::INFINITY {
+        island.constraints.iter_mut().zip(&inner).for_each(|(c, inner)| c.force = inner.best);
         outcome.residual = residual(island);
     }
+    island.interior = inner;
     outcome
 }
 
@@ -182,9 +187,9 @@ fn largest(c: &Constraint) -> f64 {
 
 /// Puts all constraints where they answer to their x under τ, nearly.
 fn begin(constraints: &mut [Constraint], inner: &mut Vec<Interior>, tau: f64) {
-    inner.clear();
-    inner.extend(constraints.iter_mut().map(|c| {
-        let mut inner = Interior::default();
+    inner.resize(constraints.len(), Interior::default());
+    for (c, inner) in constraints.iter_mut().zip(inner) {
+        *inner = Interior { best: inner.best, ..Interior::default() };
         c.force = [0.0; 6];
         match c.cone.kind {
             Kind::TwoSided => (0..c.cone.dim).for_each(|k| c.force[k] = -c.cone.d[k] * c.y[k]),
@@ -211,8 +216,7 @@ fn begin(constraints: &mut [Constraint], inner: &mut Vec<Interior>, tau: f64) {
                 c.force[k] = -mu(&c.cone, k) * n * share * sigma / t(zeta);
             }
         }
-        inner
-    }));
+    }
 }
 
 /// The step, into `p` and the constraints: towards τ = 0 if it is not given, with a matrix of its own; or else to that τ, with the

@@ -43,7 +43,7 @@
 //!
 //! With large friction the equations may have several solutions (Painlevé): which one is found depends on the last step's
 //! forces as long as they lead to one. In a dense pile that is being pressed together the rounds may be too few: then the forces
-//! are the last ones of the interior-point method, within their limits, bodies creep, and the pile settles.
+//! are those of the interior-point method that came nearest, within their limits; bodies creep, and the pile settles.
 //!
 //! **Under an implicit integrator** the law is asked for the forces at a velocity that is already that of the end of the
 //! step. There friction depends on this velocity alone,

@@ -277,5 +277,6 @@ fn step(task: &Task, island: &mut Island) {
 /// up to 1e13 times the inertia under tiny friction, cost as many digits.
 const REFINEMENTS: usize = 4;
 
-/// What is left of a linear system at its solution, relative to w: some hundred times the rounding of sums.
+/// What is left of a linear system at its solution, relative to w: some hundred times the rounding of sums. Gymnasium's robots that lie
+/// still need no refinement for it; walker2d, falling, takes 3 % fewer instructions with 1e-12 and 5 % fewer with 1e-11.
 const ROUNDING: f64 = 1e-13;
