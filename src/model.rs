@@ -350,7 +350,7 @@ pub struct Geom {
     /// Further distance at which a contact is listed without pushing, m.
     pub gap: f64,
     /// How it feels a medium, if as an ellipsoid; otherwise the body does as a box.
-    pub fluid: Option<Fluid>,
+    pub fluid: Option<Box<Fluid>>,
     /// Colour and opacity, 0 to 1.
     pub rgba: [f32; 4],
 }

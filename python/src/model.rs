@@ -76,7 +76,7 @@ impl MjModel {
     pub fn new(py: Python, scene: penny::Scene) -> PyResult<MjModel> {
         let document = &scene.document;
         let attributes = |n: &mjcf::NodeId| {
-            let list = document.node(*n).attributes.iter();
+            let list = document.attributes(*n).iter();
             list.map(|a| (a.name.to_string(), a.value.to_string())).collect::<Vec<_>>()
         };
         let root = document.root().map(|root| document.node(root).children.clone()).unwrap_or_default();

@@ -110,7 +110,7 @@ impl Writer<'_> {
     }
 
     fn own(&self, node: NodeId) -> Values {
-        let attributes = &self.document.node(node).attributes;
+        let attributes = self.document.attributes(node);
         attributes.iter().filter(|a| a.name != "class").map(|a| (a.name.to_string(), a.value.to_string())).collect()
     }
 
@@ -332,7 +332,7 @@ fn pose(values: &Values) -> Pose {
         numbers(values, "zaxis").map(Orientation::ZAxis),
         numbers(values, "euler").map(Orientation::Euler),
     ];
-    let orientation = forms.into_iter().flatten().next().unwrap_or_default();
+    let orientation = forms.into_iter().flatten().next().map(Box::new);
     Pose { pos: numbers(values, "pos").unwrap_or_default(), orientation, frames: [].into() }
 }
 

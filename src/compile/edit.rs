@@ -62,7 +62,8 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
     if parts.geoms != before.geoms || parts.opt.contact_override != before.opt.contact_override {
         for geom in &mut parts.geoms {
             geom.rbound = layout::bounding_radius(geom.kind, &geom.size);
-            geom.fluid = geom.fluid.map(|f| fluid::virtual_inertia(f.coef, &fluid::semiaxes(geom)));
+            let coef = geom.fluid.as_ref().map(|fluid| fluid.coef);
+            geom.fluid = coef.map(|coef| fluid::virtual_inertia(coef, &fluid::semiaxes(geom)).into());
         }
         parts.mixes = pairs::remix(&parts.geoms, parts.opt.contact_override, &mut parts.pairs, &parts.mixes);
     }

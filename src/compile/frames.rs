@@ -46,13 +46,13 @@ pub fn in_frames(frames: &[Pose], inner: (Vec3, Quat), compiler: &Compiler) -> R
 ///     zaxis              the smallest turn that brings +Z there
 ///
 /// Source: MuJoCo manual, Modeling › Frame orientations.
-pub fn orientation(orientation: &Orientation, compiler: &Compiler) -> Result<Quat, NoDirection> {
+pub fn orientation(given: &Option<Box<Orientation>>, compiler: &Compiler) -> Result<Quat, NoDirection> {
+    let Some(orientation) = given else { return Ok(Quat::identity()) };
     let unit = |attribute: &'static str, v: Vec3| {
         if v.norm() < EPS { Err(NoDirection::new(attribute, "its length is zero")) } else { Ok(v / v.norm()) }
     };
     let radian = |angle: f64| if compiler.degree { angle.to_radians() } else { angle };
-    Ok(match *orientation {
-        Orientation::None => Quat::identity(),
+    Ok(match **orientation {
         Orientation::Quat(q) => {
             if nalgebra::Vector4::from(q).norm() < EPS {
                 return Err(NoDirection::new("quat", "its length is zero"));

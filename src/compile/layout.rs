@@ -344,7 +344,7 @@ fn add_geom<'a>(world: &mut World<'a>, geom: &'a spec::Geom, body: usize, compil
         fluid: None,
         rgba: geom.rgba,
     };
-    made.fluid = geom.fluid.as_deref().map(|coef| fluid::virtual_inertia(*coef, &fluid::semiaxes(&made)));
+    made.fluid = geom.fluid.as_deref().map(|coef| fluid::virtual_inertia(*coef, &fluid::semiaxes(&made)).into());
     world.geoms.push(made);
     world.geom_specs.push(geom);
 }
@@ -431,13 +431,10 @@ fn size(geom: &spec::Geom, half: Option<f64>, log: &mut Log) -> Vec3 {
         if half.is_some() && i > 0 {
             break;
         }
-        let Some(&value) = geom.size.get(i) else {
+        let Some(&value) = geom.size[..geom.sizes].get(i) else {
             let needs = if half.is_some() { &needs[..1] } else { needs };
-            let problem = ProblemKind::SizeMissing {
-                shape: kind.name(),
-                needs: numbers(needs.len()),
-                given: given(geom.size.len()),
-            };
+            let problem =
+                ProblemKind::SizeMissing { shape: kind.name(), needs: numbers(needs.len()), given: given(geom.sizes) };
             log.value_error(geom.node, "size", problem, format!("`size` is: {}", needs.join(", ")));
             return Vec3::repeat(1.0);
         };

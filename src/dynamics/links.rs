@@ -36,8 +36,8 @@ pub enum Mount {
     /// Its frame is the parent's.
     Same,
     Welded,
-    /// On one hinge and nothing else.
-    Hinge(Hinge),
+    /// On one hinge and nothing else. In a box: most bodies of large scenes are free.
+    Hinge(Box<Hinge>),
     /// On any other joints.
     Joints,
 }
@@ -120,7 +120,7 @@ pub fn mount(model: &Model, b: usize) -> Mount {
     match &model.joints[body.joints.clone()] {
         [] if turned || body.pos != Vec3::zeros() => Mount::Welded,
         [] => Mount::Same,
-        [joint] if joint.kind == JointKind::Hinge => Mount::Hinge(Hinge {
+        [joint] if joint.kind == JointKind::Hinge => Mount::Hinge(Box::new(Hinge {
             joint: body.joints.start,
             qposadr: joint.qposadr,
             rest: model.qpos0[joint.qposadr],
@@ -129,7 +129,7 @@ pub fn mount(model: &Model, b: usize) -> Mount {
             centred: joint.pos == Vec3::zeros(),
             quat: turned.then_some(body.quat),
             axis: joint.axis,
-        }),
+        })),
         _ => Mount::Joints,
     }
 }

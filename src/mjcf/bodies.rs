@@ -23,6 +23,10 @@ pub struct Context<'a> {
     pub depth: usize,
 }
 
+/// Where a geom is and how large, and whose values it has.
+const PLACE: &[&str] =
+    &["pos", "size", "name", "type", "class", "fromto", "quat", "axisangle", "xyaxes", "zaxis", "euler"];
+
 /// For what stands in no `<frame>`.
 pub fn no_frames() -> Arc<[Pose]> {
     Arc::new([])
@@ -32,7 +36,13 @@ impl Reader<'_> {
     /// What stands in a body or in one of its frames. It calls itself for every level, so its own frame on the stack is to
     /// be small: what does not is not made part of it.
     pub fn children(&mut self, node: NodeId, body: &mut Body, context: &Context) {
-        for &child in &self.document.node(node).children {
+        let is_body = |child: &&NodeId| self.document.node(**child).name == "body";
+        let nodes = &self.document.node(node).children;
+        let bodies = nodes.iter().filter(is_body).count();
+        if body.children.is_empty() {
+            body.children.reserve_exact(bodies);
+        }
+        for &child in nodes {
             match &*self.document.node(child).name {
                 "body" => {
                     if let Some(child) = self.body(child, context) {
@@ -173,9 +183,7 @@ impl Reader<'_> {
     /// A free joint takes nothing from the joints' default classes.
     #[inline(never)]
     fn freejoint(&mut self, node: NodeId, body: &mut Body, context: &Context) {
-        let (Some(item), Some(row)) = (self.item(node, "body", MAIN), schema::find("body", "joint")) else {
-            return;
-        };
+        let Some(item) = self.item(node, "body", MAIN) else { return };
         if item.maybe("align") == Some(true) {
             let lost = "the body would keep its frame".to_string();
             let kind = ProblemKind::Unsupported { name: "align".into(), lost };
@@ -186,6 +194,7 @@ impl Reader<'_> {
             let joint = Joint { node, name, frames, ..free.clone() };
             return self.add_joint(joint, body, context);
         }
+        let Some(row) = schema::find("body", "joint") else { return };
         let plain = Item::plain(node, row);
         let joint = Joint {
             node,
@@ -250,7 +259,15 @@ impl Reader<'_> {
         if item.given("fromto") {
             self.fromto(&item);
         }
-        let size: Vec<f64> = item.numbers("size");
+        let rest = if item.says_only(PLACE) {
+            // The rest is its class's: mostly that of the geom before.
+            match &self.alike {
+                Some((class, geom)) if Arc::ptr_eq(class, &item.inherited) => geom.clone(),
+                _ => self.alike.insert((item.inherited.clone(), Reader::unplaced(&item))).1.clone(),
+            }
+        } else {
+            Reader::unplaced(&item)
+        };
         // Most bodies have one; they are large.
         body.geoms.reserve_exact(usize::from(body.geoms.is_empty()));
         body.geoms.push(Geom {
@@ -259,7 +276,22 @@ impl Reader<'_> {
             kind,
             pose: item.pose(context.frames),
             fromto: item.optional("fromto").map(Box::new),
-            size,
+            size: item.array("size"),
+            sizes: item.count("size"),
+            ..rest
+        });
+    }
+
+    /// A geom of which everything is read but [`PLACE`].
+    fn unplaced(item: &Item) -> Geom {
+        Geom {
+            node: item.node,
+            name: None,
+            kind: GeomKind::Sphere,
+            pose: Pose::default(),
+            fromto: None,
+            size: [0.0; 3],
+            sizes: 0,
             mass: item.optional::<1>("mass").map(|[mass]| mass),
             density: item.number("density"),
             shellinertia: item.yes("shellinertia"),
@@ -276,7 +308,7 @@ impl Reader<'_> {
             gap: item.number("gap"),
             fluid: (item.word("fluidshape") == "ellipsoid").then(|| Box::new(item.array("fluidcoef"))),
             rgba: item.array::<4>("rgba").map(|c| c as f32),
-        });
+        }
     }
 
     /// A mesh that is only seen, if pictures can show it.

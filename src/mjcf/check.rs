@@ -1,9 +1,12 @@
 //! Document against schema: every name, count, keyword and number, each problem at its place.
 
-use std::collections::BTreeMap;
+use std::cell::OnceCell;
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 
 use super::defaults::{MAIN, ORIENTATIONS};
-use super::document::{Attribute, Document, Node, NodeId, Span};
+use super::document::{Attribute, Document, NodeId, Span};
 use super::error::{Advice, Problem, ProblemKind};
 use super::files;
 use super::limits::Limits;
@@ -27,8 +30,7 @@ pub fn check<'a>(document: &'a Document, whole: bool, limits: &'a Limits) -> (Ve
         whole,
         limits,
         problems: Vec::new(),
-        names: BTreeMap::new(),
-        defined: 0,
+        names: Names::default(),
         references: Vec::new(),
         suggestions: SUGGESTIONS,
     };
@@ -37,7 +39,7 @@ pub fn check<'a>(document: &'a Document, whole: bool, limits: &'a Limits) -> (Ve
     if name != "mujoco" {
         let problem = Problem::new(ProblemKind::NotMjcf { found: name.to_string() }, document.span(root));
         let near = nearest(name, ["mujoco"]);
-        return (vec![document.rename(problem.suggest(near), root, near)], Names::new());
+        return (vec![document.rename(problem.suggest(near), root, near)], Names::default());
     }
     check.element(root, schema::root(), "mujoco", "");
     if whole {
@@ -47,19 +49,56 @@ pub fn check<'a>(document: &'a Document, whole: bool, limits: &'a Limits) -> (Ve
     (check.problems, check.names)
 }
 
-/// What is defined: of what, the name and where.
-pub type Names<'a> = BTreeMap<&'static str, BTreeMap<&'a str, Span>>;
+/// What is defined.
+#[derive(Default)]
+pub struct Names<'a> {
+    /// By what it is.
+    kinds: BTreeMap<&'static str, Named<'a>>,
+    /// How many names there are.
+    count: usize,
+}
 
-/// Whether something of that name is defined.
-pub fn is_defined(names: &Names, what: &str, name: &str) -> bool {
-    (what == "body" && name == "world") || names.get(what).is_some_and(|of| of.contains_key(name))
+#[derive(Default)]
+struct Named<'a> {
+    /// Where each name is given first.
+    places: HashMap<&'a str, Span>,
+    sorted: OnceCell<Vec<&'a str>>,
+}
+
+impl<'a> Names<'a> {
+    /// Adds a name. Out: where it was given before, if it was.
+    fn add(&mut self, what: &'static str, name: &'a str, span: Span) -> Option<Span> {
+        match self.kinds.entry(what).or_default().places.entry(name) {
+            Entry::Occupied(given) => Some(*given.get()),
+            Entry::Vacant(place) => {
+                place.insert(span);
+                self.count += 1;
+                None
+            }
+        }
+    }
+
+    /// Whether something of that name is defined.
+    pub fn has(&self, what: &str, name: &str) -> bool {
+        (what == "body" && name == "world") || self.kinds.get(what).is_some_and(|of| of.places.contains_key(name))
+    }
+
+    /// All names of a kind, in order; asked for when nothing is added any more.
+    pub fn sorted(&self, what: &str) -> &[&'a str] {
+        let sort = |of: &Named<'a>| {
+            let mut sorted: Vec<&str> = of.places.keys().copied().collect();
+            sorted.sort_unstable();
+            sorted
+        };
+        self.kinds.get(what).map_or(&[], |of| of.sorted.get_or_init(|| sort(of)))
+    }
 }
 
 /// Takes attributes out that are empty where a number or a name should be: MuJoCo reads them as not given. A reference that a
 /// class may give stays: empty, it takes back what the class gives.
 pub fn forget_empty(document: &mut Document) {
-    let blank = |node: &Node| node.attributes.iter().any(|a| a.value.trim().is_empty());
-    let Some(root) = document.root().filter(|_| document.nodes.iter().any(blank)) else { return };
+    let blank = |a: &Attribute| a.value.trim().is_empty();
+    let Some(root) = document.root().filter(|_| document.attributes.iter().any(blank)) else { return };
     let mut open = vec![(root, Some(schema::root()))];
     while let Some((id, row)) = open.pop() {
         let node = &mut document.nodes[id.0 as usize];
@@ -69,7 +108,17 @@ pub fn forget_empty(document: &mut Document) {
             _ => false,
         };
         let meant = |a: &Attribute| row.and_then(|row| row.attribute(&a.name)).is_some_and(counts);
-        node.attributes.retain(|a| !(a.value.trim().is_empty() && meant(a)));
+        // What is left moves to the front of the element's part of the list.
+        let Range { start, end } = node.attributes;
+        let mut left = start;
+        for i in start..end {
+            let attribute = &document.attributes[i as usize];
+            if !(blank(attribute) && meant(attribute)) {
+                document.attributes.swap(left as usize, i as usize);
+                left += 1;
+            }
+        }
+        node.attributes.end = left;
         let (name, children) = (&document.node(id).name, &document.node(id).children);
         open.extend(children.iter().map(|&child| (child, schema::find(name, &document.node(child).name))));
     }
@@ -84,8 +133,6 @@ struct Check<'a> {
     problems: Vec<Problem>,
     limits: &'a Limits,
     names: Names<'a>,
-    /// How many names there are.
-    defined: usize,
     /// What is referred to: (what, name, where).
     references: Vec<(&'static str, &'a str, Span)>,
     /// Names that may still be compared with misspelt ones.
@@ -102,11 +149,7 @@ impl<'a> Check<'a> {
 
     /// The nearest of some names, while suggestions are still looked for.
     fn nearest<'n>(&mut self, name: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-        let left = self.suggestions;
-        let mut seen = 0;
-        let near = nearest(name, candidates.into_iter().take(left).inspect(|_| seen += 1));
-        self.suggestions -= seen;
-        near
+        nearest_of(&mut self.suggestions, name, candidates)
     }
 
     /// `name` is the element's name as it should be spelt.
@@ -124,7 +167,7 @@ impl<'a> Check<'a> {
             Status::Supported | Status::Silent => {}
         }
         let in_default = parent == "default" && name != "default";
-        for attribute in &element.attributes {
+        for attribute in self.document.attributes(node) {
             self.attribute(node, attribute, name, row, in_default);
         }
         self.one_orientation(node);
@@ -273,7 +316,7 @@ impl<'a> Check<'a> {
     /// At most one orientation, in whatever form.
     fn one_orientation(&mut self, node: NodeId) {
         let element = self.document.node(node);
-        let mut own = element.attributes.iter().filter(|a| ORIENTATIONS.contains(&&*a.name));
+        let mut own = self.document.attributes(node).iter().filter(|a| ORIENTATIONS.contains(&&*a.name));
         if let (Some(first), Some(second)) = (own.next(), own.next()) {
             let kind = ProblemKind::SeveralOrientations { element: element.name.to_string() };
             let problem = Problem::new(kind, second.name_span);
@@ -321,24 +364,17 @@ impl<'a> Check<'a> {
 
     /// A name that is there, where it was not before.
     fn note(&mut self, what: &'static str, name: &'a str, span: Span) {
-        self.names.entry(what).or_default().entry(name).or_insert_with(|| {
-            self.defined += 1;
-            span
-        });
+        self.names.add(what, name, span);
     }
 
     fn define(&mut self, what: &'static str, name: &'a str, span: Span) {
-        let before = self.defined;
-        let first = *self.names.entry(what).or_default().entry(name).or_insert_with(|| {
-            self.defined += 1;
-            span
-        });
+        let first = self.names.add(what, name, span);
         let taken = || ProblemKind::DuplicateName { what: what.into(), name: name.into() };
         if what == "body" && name == "world" {
             self.problems.push(Problem::new(taken(), span).help("`world` is the name of `worldbody`"));
-        } else if self.defined == before {
+        } else if let Some(first) = first {
             self.problems.push(Problem::new(taken(), span).related(first, "first named here"));
-        } else if before == self.limits.names {
+        } else if self.names.count == self.limits.names + 1 {
             let limit = self.limits.names;
             let problem = Problem::new(ProblemKind::OverLimit { what: "names", limit }, span);
             self.problems.push(problem.help(raise("names", limit)));
@@ -378,19 +414,17 @@ impl<'a> Check<'a> {
 
     /// A reference to something that is not defined.
     fn unknown(&mut self, what: &'static str, name: &str, span: Span) {
-        if is_defined(&self.names, what, name) {
+        if self.names.has(what, name) {
             return;
         }
-        let defined = self.names.entry(what).or_default();
-        let count = defined.len();
-        let known: Vec<&str> = defined.keys().copied().take(self.suggestions.max(6)).collect();
-        let near = self.nearest(name, known.iter().copied());
+        let defined = self.names.sorted(what);
+        let near = nearest_of(&mut self.suggestions, name, defined.iter().copied());
         let help = match near {
             Some(near) => format!("did you mean `{near}`?"),
             None if what == "material" => format!("add `<material name=\"{name}\"/>` to `<asset>`"),
-            None => match count {
+            None => match defined.len() {
                 0 => format!("no {what} has a name here"),
-                1..=5 => format!("there is {}", or(known.iter().map(|n| format!("`{n}`")))),
+                1..=5 => format!("there is {}", or(defined.iter().map(|n| format!("`{n}`")))),
                 _ => String::new(),
             },
         };
@@ -426,7 +460,9 @@ impl<'a> Check<'a> {
             return;
         }
         let all = linted(attribute, column);
+        let mut found = 0;
         for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
+            found = i + 1;
             match word.parse::<f64>() {
                 Err(_) => {
                     let kind = ProblemKind::NotANumber { word: word.into() };
@@ -439,7 +475,7 @@ impl<'a> Check<'a> {
                 Ok(value) => self.rule(attribute, column, &all, value, word, i),
             }
         }
-        self.count(attribute, column, min, max, "number");
+        self.count(attribute, column, found, (min, max), "number");
     }
 
     fn integers(&mut self, attribute: &Attribute, column: &Column, min: usize, max: usize) {
@@ -447,7 +483,9 @@ impl<'a> Check<'a> {
             return;
         }
         let all = linted(attribute, column);
+        let mut found = 0;
         for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
+            found = i + 1;
             let digits = word.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit());
             match word.parse::<i64>() {
                 Ok(value) if i32::try_from(value).is_ok() => self.rule(attribute, column, &all, value as f64, word, i),
@@ -461,7 +499,7 @@ impl<'a> Check<'a> {
                 }
             }
         }
-        self.count(attribute, column, min, max, "whole number");
+        self.count(attribute, column, found, (min, max), "whole number");
     }
 
     /// A problem with the `index`-th word of a value.
@@ -475,7 +513,8 @@ impl<'a> Check<'a> {
     /// Reports commas and the like among numbers; `false` if there are none, or if more than that is wrong.
     fn separators(&mut self, attribute: &Attribute, min: usize, max: usize) -> bool {
         let strange = |c: char| matches!(c, ',' | ';') || (c.is_whitespace() && !c.is_ascii());
-        if !attribute.value.contains(strange) {
+        let plain = |c: u8| c.is_ascii() && !matches!(c, b',' | b';');
+        if attribute.value.bytes().all(plain) || !attribute.value.contains(strange) {
             return false;
         }
         let Some(advice) = suggestions::separators(&attribute.value, min, max) else {
@@ -518,8 +557,8 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn count(&mut self, attribute: &Attribute, column: &Column, min: usize, max: usize, what: &str) {
-        let found = attribute.value.split_ascii_whitespace().count();
+    /// How many numbers were found, and how many there may be.
+    fn count(&mut self, attribute: &Attribute, column: &Column, found: usize, (min, max): (usize, usize), what: &str) {
         if (min..=max).contains(&found) {
             return;
         }
@@ -539,6 +578,14 @@ impl<'a> Check<'a> {
         let problem = Problem::new(kind, span);
         self.problems.push(Problem { help: hint(column), ..problem });
     }
+}
+
+/// The nearest of some names, of which so many are `left` to be compared.
+fn nearest_of<'n>(left: &mut usize, name: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    let mut seen = 0;
+    let near = nearest(name, candidates.into_iter().take(*left).inspect(|_| seen += 1));
+    *left -= seen;
+    near
 }
 
 /// The numbers of an attribute that is to be looked at for what is probably not meant.

@@ -123,7 +123,7 @@ pub fn family(element: &str) -> &str {
 
 /// A solref is either two positive numbers (timeconst, dampratio) or two that are not (−stiffness, −damping).
 fn mixed_solref(document: &Document, node: NodeId, values: &Values, problems: &mut Vec<Problem>) {
-    for attribute in &document.node(node).attributes {
+    for attribute in document.attributes(node) {
         if !attribute.name.contains("solref") {
             continue;
         }
@@ -150,7 +150,7 @@ pub fn overlay<'a>(
     own: &mut Values<'a>,
     problems: &mut Vec<Problem>,
 ) -> bool {
-    let attributes = &document.node(node).attributes;
+    let attributes = document.attributes(node);
     let turned = attributes.iter().any(|a| ORIENTATIONS.contains(&&*a.name));
     if turned {
         own.0.retain(|(name, _)| !ORIENTATIONS.contains(name));

@@ -37,6 +37,8 @@ pub struct Document {
     /// The main file first, then the included ones in the order they were met.
     pub files: Vec<Source>,
     pub(super) nodes: Vec<Node>,
+    /// Of all elements, in one list: one a piece would be millions.
+    pub(super) attributes: Vec<Attribute>,
     /// Tags of includes, and the files that stand in their places (end tags: none).
     pub(super) includes: Vec<(Span, Option<u32>)>,
     /// Of each included file, what its outermost element holds.
@@ -52,8 +54,8 @@ pub struct Node {
     pub span: Span,
     /// The name in its end tag, if it has one.
     pub end: Option<Span>,
-    /// As written.
-    pub attributes: Vec<Attribute>,
+    /// Where its attributes are among all, as written.
+    pub(super) attributes: Range<u32>,
     /// Elements within it.
     pub children: Vec<NodeId>,
 }
@@ -74,14 +76,14 @@ pub struct Attribute {
 /// What an attribute's quotes hold: a part of the file's text, or where that has entities a text of its own.
 #[derive(Clone)]
 pub struct Quoted {
-    of: Arc<str>,
+    of: Arc<String>,
     start: u32,
     end: u32,
 }
 
 impl Quoted {
     /// `span`: in the file whose text is `of`.
-    pub(super) fn part(of: &Arc<str>, span: Range<usize>) -> Quoted {
+    pub(super) fn part(of: &Arc<String>, span: Range<usize>) -> Quoted {
         Quoted { of: of.clone(), start: span.start as u32, end: span.end as u32 }
     }
 }
@@ -120,6 +122,17 @@ impl Attribute {
 }
 
 impl Document {
+    /// Room for what a text has, so that its lists are not copied while they grow: a `<` without `/` for every element, a `=`
+    /// for every attribute, and no more than a short list of them of a text of nothing else.
+    pub(super) fn reserve(&mut self, text: &str) {
+        const MOST: usize = 1 << 20;
+        let bytes = text.as_bytes();
+        let starts = bytes.iter().zip(bytes.iter().skip(1)).filter(|(a, b)| **a == b'<' && **b != b'/').count();
+        let equals = bytes.iter().filter(|c| **c == b'=').count();
+        self.nodes.reserve(starts.min(text.len() / 8).min(MOST));
+        self.attributes.reserve(equals.min(text.len() / 4).min(MOST));
+    }
+
     /// Adds to a problem the change that calls an element by another name, in both of its tags.
     pub(super) fn rename(&self, problem: Problem, node: NodeId, name: Option<&str>) -> Problem {
         let &Node { span, end, .. } = self.node(node);
@@ -169,9 +182,18 @@ impl Document {
         &self.nodes[node.0 as usize]
     }
 
+    /// The attributes of an element, as written.
+    pub fn attributes(&self, node: NodeId) -> &[Attribute] {
+        self.attributes_of(self.node(node))
+    }
+
+    pub(super) fn attributes_of(&self, node: &Node) -> &[Attribute] {
+        &self.attributes[node.attributes.start as usize..node.attributes.end as usize]
+    }
+
     /// Its attribute of that name.
     pub fn attribute(&self, node: NodeId, name: &str) -> Option<&Attribute> {
-        self.node(node).attributes.iter().find(|a| a.name == name)
+        self.attributes(node).iter().find(|a| a.name == name)
     }
 
     /// The element's start tag: `<geom` from `<` to the end of its name.

@@ -53,6 +53,11 @@ impl<'a> Item<'a> {
         Item::new(node, row, Arc::default(), Values::default(), false)
     }
 
+    /// Whether the element itself gives none but these.
+    pub fn says_only(&self, names: &[&str]) -> bool {
+        self.own.iter().all(|(name, _)| names.contains(name))
+    }
+
     /// What is given for the attribute of that name; `column` is its place.
     fn value(&self, name: &str, column: Option<usize>) -> Option<&Value<'a>> {
         // Kinds of actuator share what they inherit.
@@ -88,6 +93,13 @@ impl<'a> Item<'a> {
         let (default, given) = self.parts(name);
         let given = given.unwrap_or_default();
         [given, default.get(given.len()..).unwrap_or_default()].concat()
+    }
+
+    /// How many numbers are given, or are the default.
+    #[inline(always)]
+    pub fn count(&self, name: &str) -> usize {
+        let (default, given) = self.parts(name);
+        default.len().max(given.map_or(0, <[f64]>::len))
     }
 
     #[inline(always)]
@@ -142,15 +154,15 @@ impl<'a> Item<'a> {
         Some(self.word("name").to_string()).filter(|name| !name.is_empty())
     }
 
-    pub fn orientation(&self) -> Orientation {
-        match ORIENTATIONS.into_iter().filter(|_| self.oriented).find(|name| self.given(name)) {
-            Some("quat") => Orientation::Quat(self.array("quat")),
-            Some("axisangle") => Orientation::AxisAngle(self.array("axisangle")),
-            Some("xyaxes") => Orientation::XyAxes(self.array("xyaxes")),
-            Some("zaxis") => Orientation::ZAxis(self.array("zaxis")),
-            Some("euler") => Orientation::Euler(self.array("euler")),
-            _ => Orientation::None,
-        }
+    pub fn orientation(&self) -> Option<Box<Orientation>> {
+        let form = ORIENTATIONS.into_iter().filter(|_| self.oriented).find(|name| self.given(name))?;
+        Some(Box::new(match form {
+            "quat" => Orientation::Quat(self.array("quat")),
+            "axisangle" => Orientation::AxisAngle(self.array("axisangle")),
+            "xyaxes" => Orientation::XyAxes(self.array("xyaxes")),
+            "zaxis" => Orientation::ZAxis(self.array("zaxis")),
+            _ => Orientation::Euler(self.array("euler")),
+        }))
     }
 
     pub fn pose(&self, frames: &Arc<[Pose]>) -> Pose {

@@ -63,7 +63,7 @@ pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64
 
 /// Warns of an impedance that falls with depth. MuJoCo takes it, and so does Penny.
 pub fn falling_impedance(document: &Document, node: NodeId, values: &Values, problems: &mut Vec<Problem>) {
-    for attribute in document.node(node).attributes.iter().filter(|a| a.name.starts_with("solimp")) {
+    for attribute in document.attributes(node).iter().filter(|a| a.name.starts_with("solimp")) {
         let Some(Value::Numbers(v)) = values.get(&attribute.name) else { continue };
         if let [first, second, width, ..] = v[..]
             && first > second
@@ -82,7 +82,7 @@ pub fn falling_impedance(document: &Document, node: NodeId, values: &Values, pro
 ///     friction: torsional ≥ 0.1 m, and ten times the sliding coefficient, which is above 0
 pub fn swapped(document: &Document, node: NodeId, values: &Values, problems: &mut Vec<Problem>) {
     let element = document.node(node);
-    for attribute in &element.attributes {
+    for attribute in document.attributes(node) {
         let Some(Value::Numbers(v)) = values.get(&attribute.name) else { continue };
         let (kind, names) = match v[..] {
             [timeconst, dampratio] if attribute.name.contains("solref") => {
@@ -112,7 +112,7 @@ pub fn swapped(document: &Document, node: NodeId, values: &Values, problems: &mu
 ///
 /// A range may be of some turns (a wheel, a screw), an orientation hardly of one.
 pub fn degrees(document: &Document, node: NodeId, row: &Row, kind: &str, problems: &mut Vec<Problem>) {
-    for attribute in &document.node(node).attributes {
+    for attribute in document.attributes(node) {
         let unit = row.attribute(&attribute.name).map_or("", |column| column.unit);
         if !unit.ends_with("angle") || (unit.starts_with("m or") && matches!(kind, "slide" | "free")) {
             continue;
@@ -160,7 +160,7 @@ pub fn turned(x: f64) -> String {
 ///
 /// `kind`: the element's `type`, also an inherited one: a joint's says whether its `range` is an angle.
 pub fn radians(document: &Document, node: NodeId, row: &Row, kind: &str, problems: &mut Vec<Problem>) {
-    for attribute in &document.node(node).attributes {
+    for attribute in document.attributes(node) {
         let unit = row.attribute(&attribute.name).map_or("", |column| column.unit);
         if !unit.ends_with("angle") || (unit.starts_with("m or") && matches!(kind, "slide" | "free")) {
             continue;

@@ -110,7 +110,7 @@ fn finish((mut document, mut problems): (Document, Vec<Problem>), limits: &Limit
     }
     let (found, names) = check::check(&document, whole, limits);
     problems.extend(found);
-    let spec = document.root().filter(|_| whole).map(|root| read::read(&document, root, &names, &mut problems));
+    let spec = document.root().filter(|_| whole).map(|root| read::read(&document, root, names, &mut problems));
     once_each(&mut problems);
     match spec {
         Some(spec) if !failed(&problems) => Ok(Loaded { document, spec, warnings: problems }),

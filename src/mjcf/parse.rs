@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::io::{ErrorKind, Read};
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
@@ -61,12 +62,11 @@ fn parse_file(path: &Path, text: String, limits: &Limits) -> (Document, Vec<Prob
         last_stray: Span::default(),
         left: limits.bytes,
         full: false,
-        attributes: Vec::new(),
     };
     let name = path.display().to_string();
     if text.len() > parser.left {
         parser.exceeds("bytes", limits.bytes, Span::default());
-        parser.document.files.push(Source { name, path: path.to_path_buf(), text: "".into() });
+        parser.document.files.push(Source { name, path: path.to_path_buf(), text: Arc::default() });
         return (parser.document, parser.problems);
     }
     parser.file(Source { name: name.clone(), path: path.to_path_buf(), text: text.into() }, None, 0);
@@ -139,7 +139,8 @@ pub fn raise(limit: &str, value: usize) -> String {
 
 /// `valid`: so many bytes are text.
 fn not_utf8(file: String, bytes: &[u8], valid: usize) -> Unread {
-    let text = Source { name: file, path: PathBuf::new(), text: String::from_utf8_lossy(&bytes[..valid]).into() };
+    let text =
+        Source { name: file, path: PathBuf::new(), text: String::from_utf8_lossy(&bytes[..valid]).into_owned().into() };
     let (line, column) = text.line_column(valid);
     let kind = ProblemKind::NotUtf8 { file: text.name, byte: bytes[valid], line, column };
     // UTF-16 begins with a mark. Apart from it no text has bytes 0, and what has some shows no lines worth reading.
@@ -188,8 +189,6 @@ struct Parser<'a> {
     left: usize,
     /// A limit is exceeded: nothing more is read.
     full: bool,
-    /// Where the attributes of an element are gathered.
-    attributes: Vec<Attribute>,
 }
 
 /// An element whose end tag has not come yet.
@@ -203,7 +202,7 @@ struct Open<'a> {
 /// One file while it is read.
 struct File<'a> {
     number: u32,
-    text: &'a Arc<str>,
+    text: &'a Arc<String>,
     stack: Vec<Open<'a>>,
     /// Where the children of the outermost element go if this is an included file.
     into: Option<NodeId>,
@@ -255,9 +254,7 @@ impl Parser<'_> {
             let problem = Problem::new(ProblemKind::NulByte, Span::new(number, at, at + 1));
             return self.problems.push(problem.help("it is no text: write the file anew, or remove the byte"));
         }
-        // Every element begins with one of these; a text of nothing else has no room for itself.
-        let tags = text.as_bytes().windows(2).filter(|pair| pair[0] == b'<' && pair[1] != b'/').count();
-        self.document.nodes.reserve(tags.min(text.len() / 8).min(1 << 20));
+        self.document.reserve(text);
         let mut reader = Reader::from_str(text);
         // End tags are matched here, where both places are known.
         reader.config_mut().check_end_names = false;
@@ -296,7 +293,8 @@ impl Parser<'_> {
     /// A tag that has swallowed the next one: what follows is not what was meant, so reading ends there.
     fn runs_on(&mut self, file: &File, tag: &BytesStart) -> bool {
         let content: &str = tag;
-        let Some(next) = content.find('<') else {
+        // Of a text as short as a tag, faster than a search.
+        let Some(next) = content.bytes().position(|c| c == b'<') else {
             return false;
         };
         let mut quote = None;
@@ -384,10 +382,11 @@ impl Parser<'_> {
         id
     }
 
-    fn attributes(&mut self, file: &File, tag: &BytesStart) -> Vec<Attribute> {
+    /// Adds what a tag has to the attributes of the document. Out: which of them.
+    fn attributes(&mut self, file: &File, tag: &BytesStart) -> Range<u32> {
         let content: &str = tag;
         let base = file.span(content).start as usize;
-        let mut out = std::mem::take(&mut self.attributes);
+        let start = self.document.attributes.len();
         let mut by_name: HashMap<String, usize> = HashMap::new();
         // Whether one is given twice is looked at here, in a time that grows with their number only.
         for attribute in tag.attributes().with_checks(false) {
@@ -396,7 +395,7 @@ impl Parser<'_> {
                     // quick-xml lends slices of the tag, so their place is a difference of addresses.
                     let key: &str = attribute.key.as_ref();
                     let key_at = base + key.as_ptr() as usize - content.as_ptr() as usize;
-                    if let Some(first) = earlier(&out, &mut by_name, key) {
+                    if let Some(first) = earlier(&self.document.attributes[start..], &mut by_name, key) {
                         let name_span = Span::new(file.number, key_at, key_at + key.len());
                         let kind = ProblemKind::DuplicateAttribute { attribute: key.to_string() };
                         self.problems.push(Problem::new(kind, name_span).related(first, "first given here"));
@@ -410,7 +409,7 @@ impl Parser<'_> {
                         len => Span::new(file.number, raw_at, raw_at + len),
                     };
                     let value = self.value(file, raw, value_span);
-                    out.push(Attribute {
+                    self.document.attributes.push(Attribute {
                         name: schema::name_of(key),
                         name_span: Span::new(file.number, key_at, key_at + key.len()),
                         value,
@@ -426,11 +425,7 @@ impl Parser<'_> {
                 }
             }
         }
-        // No more room than they need.
-        let mut attributes = Vec::with_capacity(out.len());
-        attributes.append(&mut out);
-        self.attributes = out;
-        attributes
+        start as u32..self.document.attributes.len() as u32
     }
 
     /// The value of an attribute as XML has it: entities replaced, and blanks where it breaks a line. What would
@@ -580,12 +575,13 @@ impl Parser<'_> {
     /// Reads another file and puts the children of its outermost element in the include's place.
     fn include(&mut self, include: &Node, parent: NodeId, from: &File) {
         let mut misspelt = false;
-        for other in include.attributes.iter().filter(|a| a.name != "file") {
+        let attributes = self.document.attributes_of(include).to_vec();
+        for other in attributes.iter().filter(|a| a.name != "file") {
             let kind = ProblemKind::UnknownAttribute { element: "include".into(), attribute: other.name.to_string() };
             self.problems.push(Problem::new(kind, other.name_span).correct(nearest(&other.name, ["file"])));
             misspelt = true;
         }
-        let Some(attribute) = include.attributes.iter().find(|a| a.name == "file") else {
+        let Some(attribute) = attributes.iter().find(|a| a.name == "file") else {
             if !misspelt {
                 let kind = ProblemKind::MissingAttribute { element: "include".into(), attribute: "file".into() };
                 self.report(kind, include.span);

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::bodies::{Context, no_frames};
-use super::check::{self, Names};
+use super::check::Names;
 use super::defaults::{self, Classes, MAIN, Value, Values};
 use super::document::{Document, NodeId, Span};
 use super::error::{Problem, ProblemKind};
@@ -17,7 +17,7 @@ use super::spec::*;
 use std::sync::Arc;
 
 /// Reads the scene below the `mujoco` element.
-pub fn read(document: &Document, root: NodeId, names: &Names, problems: &mut Vec<Problem>) -> Spec {
+pub fn read<'a>(document: &'a Document, root: NodeId, names: Names<'a>, problems: &'a mut Vec<Problem>) -> Spec {
     let sections = |name: &str| -> Vec<NodeId> {
         document.node(root).children.iter().copied().filter(|&n| document.node(n).name == name).collect()
     };
@@ -82,13 +82,13 @@ pub fn read(document: &Document, root: NodeId, names: &Names, problems: &mut Vec
 pub fn compiler(document: &Document) -> Compiler {
     let children = document.root().map_or(&[][..], |root| &document.node(root).children);
     let nodes: Vec<NodeId> = children.iter().copied().filter(|&n| document.node(n).name == "compiler").collect();
-    Reader::new(document, &Names::new(), &mut Vec::new()).compiler(&nodes)
+    Reader::new(document, Names::default(), &mut Vec::new()).compiler(&nodes)
 }
 
 pub struct Reader<'a> {
     pub document: &'a Document,
     /// What is defined.
-    names: &'a Names<'a>,
+    names: Names<'a>,
     pub problems: &'a mut Vec<Problem>,
     /// `<compiler angle>`
     degree: bool,
@@ -99,6 +99,8 @@ pub struct Reader<'a> {
     pub no_frames: Arc<[Pose]>,
     /// What all free joints have in common, once there was one.
     pub free: Option<Joint>,
+    /// The values of a class, and what a geom has from them: those of the last geom that said no more than where it is.
+    pub alike: Option<(Arc<Values<'a>>, Geom)>,
     /// Meshes by name, those that were asked for.
     pub meshes: BTreeMap<String, Option<Mesh>>,
     /// `<size>`: how many `user` numbers an element may have, and the attribute that says so, by element.
@@ -106,8 +108,8 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(document: &'a Document, names: &'a Names<'a>, problems: &'a mut Vec<Problem>) -> Reader<'a> {
-        let (classes, meshes, users, free) = Default::default();
+    fn new(document: &'a Document, names: Names<'a>, problems: &'a mut Vec<Problem>) -> Reader<'a> {
+        let (classes, meshes, users, free, alike) = Default::default();
         let no_frames = no_frames();
         Reader {
             document,
@@ -120,6 +122,7 @@ impl<'a> Reader<'a> {
             meshes,
             users,
             free,
+            alike,
         }
     }
 }
@@ -148,10 +151,9 @@ impl<'a> Reader<'a> {
             if let Some(Kind::Reference(what)) = item.row.attribute(name).map(|column| column.kind)
                 && let Value::Text(name_given) = value
                 && self.document.attribute(item.node, name).is_none()
-                && !check::is_defined(self.names, what, name_given)
+                && !self.names.has(what, name_given)
             {
-                let known = self.names.get(what).into_iter().flat_map(|of| of.keys().copied());
-                let near = nearest(name_given, known);
+                let near = nearest(name_given, self.names.sorted(what).iter().copied());
                 let kind = ProblemKind::UnknownReference { what: what.into(), name: name_given.to_string() };
                 let element = &self.document.node(item.node).name;
                 let problem = Problem::new(kind, self.document.span(item.node))

@@ -94,7 +94,7 @@ fn replicate(
     let mut pos = Vec3::zeros();
     for (i, suffix) in suffixes.iter().enumerate() {
         let quat = turned(i);
-        let frame = push(document, frame(document.node(node), &pos, &quat));
+        let frame = frame(document, node, &pos, &quat);
         document.nodes[node.0 as usize].children.push(frame);
         for &child in &inside {
             let copy = copy(document, child, &|what, name| names.contains(&(what, name.into())).then_some(suffix));
@@ -146,19 +146,24 @@ fn copy_references(
 }
 
 /// The frame of a replica, its pose in numbers that read back exactly.
-fn frame(replicate: &Node, pos: &Vec3, quat: &Quat) -> Node {
+fn frame(document: &mut Document, replicate: NodeId, pos: &Vec3, quat: &Quat) -> NodeId {
+    let span = document.span(replicate);
     let attribute = |name: &str, numbers: &[f64]| Attribute {
         name: schema::name_of(name),
-        name_span: replicate.span,
+        name_span: span,
         value: numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ").into(),
-        value_span: replicate.span,
+        value_span: span,
     };
-    let attributes = vec![attribute("pos", pos.as_slice()), attribute("quat", &math::wxyz(quat))];
-    Node { name: "frame".into(), span: replicate.span, end: None, attributes, children: Vec::new() }
+    let attributes = [attribute("pos", pos.as_slice()), attribute("quat", &math::wxyz(quat))];
+    let node = Node { name: "frame".into(), span, end: None, attributes: 0..0, children: Vec::new() };
+    push(document, node, attributes)
 }
 
-fn push(document: &mut Document, node: Node) -> NodeId {
-    document.nodes.push(node);
+fn push(document: &mut Document, node: Node, attributes: impl IntoIterator<Item = Attribute>) -> NodeId {
+    let start = document.attributes.len() as u32;
+    document.attributes.extend(attributes);
+    let attributes = start..document.attributes.len() as u32;
+    document.nodes.push(Node { attributes, ..node });
     NodeId(document.nodes.len() as u32 - 1)
 }
 
@@ -169,14 +174,16 @@ fn size(document: &Document, node: NodeId) -> usize {
 /// A copy of an element and all within; `suffix`: what a name gets appended.
 fn copy<'a>(document: &mut Document, node: NodeId, suffix: &impl Fn(&str, &str) -> Option<&'a String>) -> NodeId {
     let mut clone = document.node(node).clone();
-    let kinds: Vec<_> = clone.attributes.iter().map(|a| named(document, node, a)).collect();
-    for (attribute, what) in clone.attributes.iter_mut().zip(kinds) {
-        if let Some(suffix) = what.and_then(|what| suffix(what, &attribute.value)) {
-            attribute.value = format!("{}{suffix}", &*attribute.value).into();
+    let renamed = |attribute: &Attribute| {
+        let mut renamed = attribute.clone();
+        if let Some(suffix) = named(document, node, attribute).and_then(|what| suffix(what, &attribute.value)) {
+            renamed.value = format!("{}{suffix}", &*attribute.value).into();
         }
-    }
+        renamed
+    };
+    let attributes: Vec<_> = document.attributes(node).iter().map(renamed).collect();
     let children = std::mem::take(&mut clone.children);
-    let id = push(document, clone);
+    let id = push(document, clone, attributes);
     for child in children {
         let child = copy(document, child, suffix);
         document.nodes[id.0 as usize].children.push(child);
@@ -211,9 +218,9 @@ fn names_within(document: &Document, nodes: &[NodeId]) -> Named {
 }
 
 fn refers(document: &Document, node: NodeId, names: &Named) -> bool {
-    let node_ = document.node(node);
     let meant = |a: &Attribute| {
         a.name != "name" && named(document, node, a).is_some_and(|what| names.contains(&(what, a.value.to_string())))
     };
-    node_.attributes.iter().any(meant) || node_.children.iter().any(|&child| refers(document, child, names))
+    document.attributes(node).iter().any(meant)
+        || document.node(node).children.iter().any(|&child| refers(document, child, names))
 }

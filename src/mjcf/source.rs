@@ -11,7 +11,7 @@ pub struct Source {
     /// The same, to open it.
     pub path: PathBuf,
     /// Its text, which the values of its attributes are parts of.
-    pub text: Arc<str>,
+    pub text: Arc<String>,
 }
 
 impl Source {

@@ -94,15 +94,14 @@ pub struct Body {
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
     pub pos: [f64; 3],
-    pub orientation: Orientation,
+    /// Seldom given, and large.
+    pub orientation: Option<Box<Orientation>>,
     /// Poses of the `<frame>` elements around this one, outermost first; each has no frames of its own.
     pub frames: Arc<[Pose]>,
 }
 
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Orientation {
-    #[default]
-    None,
     Quat([f64; 4]),
     AxisAngle([f64; 4]),
     XyAxes([f64; 6]),
@@ -114,7 +113,7 @@ pub enum Orientation {
 pub struct Inertial {
     pub node: NodeId,
     pub pos: [f64; 3],
-    pub orientation: Orientation,
+    pub orientation: Option<Box<Orientation>>,
     pub mass: f64,
     pub diaginertia: Option<[f64; 3]>,
     /// M11 M22 M33 M12 M13 M23
@@ -161,8 +160,9 @@ pub struct Geom {
     pub pose: Pose,
     /// Seldom there, as `fluid`.
     pub fromto: Option<Box<[f64; 6]>>,
-    /// As many numbers as were given: 0 to 3.
-    pub size: Vec<f64>,
+    pub size: [f64; 3],
+    /// How many numbers of `size` were given.
+    pub sizes: usize,
     pub mass: Option<f64>,
     pub density: f64,
     pub shellinertia: bool,

@@ -124,7 +124,7 @@ fn compiled(model: &Model, what: &str) -> Vec<f64> {
 
 /// How a geom feels a medium, as MuJoCo has it.
 fn geom_fluid(geom: &Geom) -> Vec<f64> {
-    match geom.fluid {
+    match geom.fluid.as_deref() {
         None => vec![0.0; 12],
         Some(fluid) => [1.0]
             .into_iter()

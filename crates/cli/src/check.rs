@@ -11,6 +11,7 @@ use super::files;
 use super::format::count;
 use super::run::warnings::Overlap;
 use super::scene::LimitArgs;
+use penny::Scene;
 use penny::collision;
 use penny::data::Data;
 use penny::dynamics;
@@ -101,9 +102,12 @@ impl Args {
 fn find(path: &Path, args: &Args) -> Found {
     let scene = path.display().to_string();
     match penny::load_within(path, &args.limits.limits()) {
-        Ok(found) => {
-            let doubts = doubts(&found.model);
-            Found { scene, document: found.document, problems: found.warnings, doubts }
+        Ok(Scene { mut document, model, warnings: problems }) => {
+            // Where there is nothing to show, its memory serves what comes.
+            if problems.is_empty() {
+                document = Document::default();
+            }
+            Found { scene, document, problems, doubts: doubts(&model) }
         }
         Err(failure) => Found { scene, document: failure.document, problems: failure.problems, doubts: Vec::new() },
     }
