@@ -11,6 +11,10 @@ import penny
 
 MODELS = Path(__file__).parents[1] / "models"
 SLIDE = "<mujoco><worldbody><body><joint type='slide'/><geom size='.1'/></body></worldbody></mujoco>"
+# As many numbers to exchange as the stack has, and nothing that touches.
+AIR = "<mujoco><worldbody>" + "".join(
+    f"<body pos='0 0 {9 + i}'><freejoint/><geom type='box' size='.1 .1 .1'/></body>" for i in range(3)
+) + "</worldbody></mujoco>"  # fmt: skip
 # Steps in a batch, and batches.
 STEPS, REPEATS = 200, 1500
 
@@ -32,6 +36,6 @@ def least(text: str) -> tuple[float, float]:
 gc.disable()
 print("| scene | a call, ns | a step of many, ns | overhead, ns |\n|---|---|---|---|")
 for name, text in {"one slide": SLIDE, **{n: (MODELS / f"{n}.xml").read_text() for n in
-                   ("pendulum", "disk", "top", "arm", "stack")}}.items():  # fmt: skip
+                   ("pendulum", "disk", "top", "arm", "stack")}, "three boxes in the air": AIR}.items():  # fmt: skip
     call, step = (1e9 * t for t in least(text))
     print(f"| {name} | {call:.0f} | {step:.0f} | {call - step:.0f} |")

@@ -25,6 +25,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._visual import MjStatistic, MjVisual
+from ._warning import MjWarningStatList
+
 '''
 # What arguments and results are: by their names, which mean the same everywhere.
 ARGUMENTS = {
@@ -65,7 +68,7 @@ def attribute(name, value):
     if isinstance(value, np.ndarray):
         return f"    {name}: NDArray[np.{value.dtype.name if value.dtype != bool else 'bool_'}]"
     kind = type(value)
-    return f"    {name}: {kind.__name__ if kind.__module__ in ('builtins', 'penny') else 'Any'}"
+    return f"    {name}: {kind.__name__ if kind.__module__.split('.')[0] in ('builtins', 'penny') else 'Any'}"
 
 
 def describe(name, cls, instance):

@@ -11,7 +11,7 @@ use crate::dynamics::links::NONE;
 use crate::dynamics::spatial::{Inertia, ang, at, cross_force, join};
 use crate::dynamics::{self, actuation, xipos};
 use crate::math::{MIN_VAL, Mat3, Sym3, Vec3, Vec6, mat};
-use crate::model::{CameraMode, Model};
+use crate::model::{Actuator, CameraMode, Model, Path, Transmission};
 use crate::sensors::{Motion, each_wrench};
 use crate::state::State;
 
@@ -229,6 +229,50 @@ pub fn actuators(model: &Model, state: &State, data: &Data) -> (Vec<f64>, Vec<f6
     let length = |i| actuation::length(model, state, data, i);
     let velocity = |i| actuation::velocity(model, state, data, i);
     (0..model.actuators.len()).map(|i| (length(i), velocity(i))).unzip()
+}
+
+/// The rows ∂length/∂q of all actuators as MuJoCo 4.0 stores them: of each the dofs that its transmission reaches, in order,
+/// and their entries; of a site or a slider-crank without those that are zero.
+pub fn moments(model: &Model, state: &State, data: &mut Data) -> Vec<Vec<(usize, f64)>> {
+    let row = |(i, actuator): (usize, &Actuator)| {
+        let row = actuator_moment(model, state, data, i);
+        let all = !matches!(actuator.transmission, Transmission::Site { .. } | Transmission::SliderCrank { .. });
+        let entries = moment_dofs(model, actuator.transmission).into_iter().map(|dof| (dof, row[dof]));
+        entries.filter(|(_, entry)| all || *entry != 0.0).collect()
+    };
+    model.actuators.iter().enumerate().map(row).collect()
+}
+
+/// Numbers that [`moments`] can have (MuJoCo's `nJmom`).
+pub fn moment_room(model: &Model) -> usize {
+    model.actuators.iter().map(|actuator| moment_dofs(model, actuator.transmission).len()).sum()
+}
+
+/// The dofs that a transmission reaches, in order.
+fn moment_dofs(model: &Model, transmission: Transmission) -> Vec<usize> {
+    let of_joint = |j: usize| model.joints[j].dofadr..model.joints[j].dofadr + model.joints[j].kind.nv();
+    let mut dofs: Vec<usize> = match transmission {
+        Transmission::Joint(j) | Transmission::JointInParent(j) => of_joint(j).collect(),
+        Transmission::Tendon(t) if let Path::Fixed(parts) = &model.tendons[t].path => {
+            parts.iter().flat_map(|(j, _)| of_joint(*j)).collect()
+        }
+        _ => {
+            let bodies = transmission.bodies(&model.joints, &model.sites, &model.geoms, &model.tendons).into_iter();
+            let above = |body: usize| std::iter::successors(Some(body), |b| (*b != 0).then(|| model.bodies[*b].parent));
+            bodies.flat_map(above).flat_map(|body| model.bodies[body].dofs.clone()).collect()
+        }
+    };
+    dofs.sort_unstable();
+    match transmission {
+        // What moves both of its sites moves nothing between them.
+        Transmission::Site { reference: Some(_), .. } => {
+            dofs.chunk_by(|a, b| a == b).filter(|alike| alike.len() == 1).map(|alike| alike[0]).collect()
+        }
+        _ => {
+            dofs.dedup();
+            dofs
+        }
+    }
 }
 
 /// The row ∂length/∂q of an actuator (nv).

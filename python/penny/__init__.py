@@ -27,6 +27,7 @@ from ._state import mj_getState, mj_setKeyframe, mj_setState, mj_stateSize
 from ._sweep import compare, set_parameter, sweep
 from ._table import Sweep, Table
 from ._visual import MjStatistic, MjVisual
+from ._warning import MjWarningStat
 from .egl import GLContext
 
 # Numbers are float64.
@@ -56,6 +57,7 @@ __all__ = [
     "GLContext",
     "MjStatistic",
     "MjVisual",
+    "MjWarningStat",
     "Problem",
     "SceneError",
     "Simulation",

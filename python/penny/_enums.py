@@ -349,6 +349,19 @@ class mjtCamera(IntEnum):
     mjCAMERA_USER = 3
 
 
+class mjtWarning(IntEnum):
+    """MuJoCo's `mjtWarning`."""
+
+    mjWARN_INERTIA = 0
+    mjWARN_CONTACTFULL = 1
+    mjWARN_CNSTRFULL = 2
+    mjWARN_BADQPOS = 3
+    mjWARN_BADQVEL = 4
+    mjWARN_BADQACC = 5
+    mjWARN_BADCTRL = 6
+    mjNWARNING = 7
+
+
 class mjtCatBit(IntEnum):
     """MuJoCo's `mjtCatBit`."""
 

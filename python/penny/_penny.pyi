@@ -6,6 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._visual import MjStatistic, MjVisual
+from ._warning import MjWarningStatList
+
 class MjContact:
     """One contact."""
 
@@ -27,6 +30,7 @@ class MjData:
     act_dot: NDArray[np.float64]
     actuator_force: NDArray[np.float64]
     actuator_length: NDArray[np.float64]
+    actuator_moment: NDArray[np.float64]
     actuator_velocity: NDArray[np.float64]
     cacc: NDArray[np.float64]
     cam_xmat: NDArray[np.float64]
@@ -52,6 +56,9 @@ class MjData:
     mocap_pos: NDArray[np.float64]
     mocap_quat: NDArray[np.float64]
     model: MjModel
+    moment_colind: NDArray[np.int32]
+    moment_rowadr: NDArray[np.int32]
+    moment_rownnz: NDArray[np.int32]
     ncon: int
     ne: int
     nefc: int
@@ -80,6 +87,7 @@ class MjData:
     ten_length: NDArray[np.float64]
     ten_velocity: NDArray[np.float64]
     time: float
+    warning: MjWarningStatList
     xanchor: NDArray[np.float64]
     xaxis: NDArray[np.float64]
     xfrc_applied: NDArray[np.float64]
@@ -261,6 +269,7 @@ class MjModel:
     key_qpos: NDArray[np.float64]
     key_qvel: NDArray[np.float64]
     key_time: NDArray[np.float64]
+    nJmom: int
     na: int
     nactuator: int
     nbody: int
@@ -303,7 +312,7 @@ class MjModel:
     site_pos: NDArray[np.float64]
     site_quat: NDArray[np.float64]
     site_size: NDArray[np.float64]
-    stat: Any
+    stat: MjStatistic
     tendon_actfrclimited: NDArray[np.bool_]
     tendon_actfrcrange: NDArray[np.float64]
     tendon_armature: NDArray[np.float64]
@@ -320,7 +329,7 @@ class MjModel:
     tendon_solref_fri: NDArray[np.float64]
     tendon_solref_lim: NDArray[np.float64]
     tendon_stiffness: NDArray[np.float64]
-    vis: Any
+    vis: MjVisual
     warnings: str
 
     def actuator(self, name_or_id: str | int | None = None) -> View:

@@ -10,7 +10,7 @@ import warnings
 
 import numpy as np
 
-from ._enums import mjtCamera, mjtDepthMap, mjtFontScale, mjtGeom, mjtObj, mjtRndFlag, mjtVisFlag
+from ._enums import mjtCamera, mjtCatBit, mjtDepthMap, mjtFontScale, mjtGeom, mjtObj, mjtRndFlag, mjtVisFlag
 from ._errors import FatalError
 from ._math import mju_quat2Mat, mju_quatZ2Vec
 from ._penny import MjData, MjModel, _depth, _framing, _paint, mj_name2id
@@ -30,6 +30,7 @@ __all__ = [
     "mjr_render",
     "mjr_resizeOffscreen",
     "mjr_setBuffer",
+    "mjv_addGeoms",
     "mjv_connector",
     "mjv_defaultCamera",
     "mjv_defaultFreeCamera",
@@ -78,7 +79,7 @@ class MjvPerturb:
 
 
 class MjvGeom:
-    """A geom of a scene that was added by hand. Penny keeps and does not draw it."""
+    """A geom that was added to a scene. Pictures show spheres, capsules, ellipsoids, cylinders and boxes."""
 
     def __init__(self):
         self.type, self.objtype, self.objid, self.category, self.segid = 0, 0, -1, 0, -1
@@ -113,6 +114,10 @@ class MjvScene:
         if self._geoms is None:
             self._geoms = [MjvGeom() for _ in range(self.maxgeom)]
         return self._geoms
+
+    @property
+    def _added(self):
+        return self.geoms[: self.ngeom] if self.ngeom else []
 
     @property
     def camera(self) -> list[MjvGLCamera]:
@@ -167,13 +172,22 @@ def mjv_defaultPerturb(pert: MjvPerturb) -> None:
 
 
 def mjv_initGeom(geom: MjvGeom, type, size=None, pos=None, mat=None, rgba=None) -> None:
-    """Sets a geom that is added by hand."""
+    """Sets a geom that is added by hand. In: `size` as in MJCF."""
     geom.type = int(type)
     for name, value in (("size", size), ("pos", pos), ("rgba", rgba)):
         if value is not None:
             setattr(geom, name, np.array(value, dtype=float))
+    if size is not None:
+        geom.size = _shown_size(geom.type, geom.size)
     if mat is not None:
         geom.mat = np.reshape(mat, (3, 3))
+
+
+def _shown_size(kind, size):
+    """MJCF's `size` as scenes have it: radius, radius and half-length of what is round."""
+    if kind == mjtGeom.mjGEOM_SPHERE:
+        return np.full(3, size[0])
+    return size[[0, 0, 1]] if kind in _HALVED else size
 
 
 _HALVED = {mjtGeom.mjGEOM_CAPSULE, mjtGeom.mjGEOM_CYLINDER}
@@ -194,6 +208,28 @@ def mjv_connector(geom: MjvGeom, type, width: float, from_, to) -> None:
     mju_quatZ2Vec(quat, end - start)
     mju_quat2Mat(mat, quat)
     geom.type, geom.size, geom.pos, geom.mat = kind, np.array([width, width, length]), start, mat.reshape(3, 3)
+
+
+def mjv_addGeoms(m: MjModel, d: MjData, opt: MjvOption, pert: MjvPerturb, catmask: int, scn: MjvScene) -> None:
+    """Adds the model's geoms as they are now: those of the groups in `opt` that stand still (`mjCAT_STATIC`) or move.
+
+    They stay until `mjv_updateScene`. Sites and tendons, which MuJoCo adds as well, are left out with a warning.
+    """
+    if catmask & mjtCatBit.mjCAT_DYNAMIC and m.nsite + m.ntendon > 0:
+        warnings.warn("Penny adds geoms to a scene, no sites and tendons", UserWarning, stacklevel=2)
+    for i in range(m.ngeom):
+        body = m.geom_bodyid[i]
+        still = m.body_weldid[body] == 0 and m.body_mocapid[m.body_rootid[body]] == -1
+        category = mjtCatBit.mjCAT_STATIC if still else mjtCatBit.mjCAT_DYNAMIC
+        if not category & catmask or not opt.geomgroup[np.clip(m.geom_group[i], 0, 5)]:
+            continue
+        if scn.ngeom == scn.maxgeom:
+            warnings.warn(f"the scene has room for {scn.maxgeom} geoms (`maxgeom`)", UserWarning, stacklevel=2)
+            return
+        geom = scn.geoms[scn.ngeom]
+        scn.ngeom += 1
+        mjv_initGeom(geom, m.geom_type[i], m.geom_size[i], d.geom_xpos[i], d.geom_xmat[i], m.geom_rgba[i])
+        geom.objtype, geom.objid, geom.category, geom.segid = int(mjtObj.mjOBJ_GEOM), i, int(category), scn.ngeom - 1
 
 
 def mjv_updateScene(m, d, opt, pert, cam, catmask, scn) -> None:
@@ -237,15 +273,34 @@ def _pose(d: MjData, place):
 _SHOWN = {mjtVisFlag.mjVIS_CONTACTPOINT, mjtVisFlag.mjVIS_CONTACTFORCE}
 
 
-def _picture(m, d, width, height, cam, opt, added=0):
+_SHAPES = set(range(mjtGeom.mjGEOM_SPHERE, mjtGeom.mjGEOM_BOX + 1))
+
+
+def _picture(m, d, width, height, cam, opt, added=()):
     unknown = [flag.name for flag in mjtVisFlag if flag < len(opt.flags) and opt.flags[flag] and flag not in _SHOWN]
-    others = {"frames": opt.frame, "labels": opt.label, "geoms added to the scene": added}
+    lacking = any(geom.type not in _SHAPES for geom in added)
+    others = {
+        "frames": opt.frame,
+        "labels": opt.label,
+        "planes, arrows or lines among geoms added to the scene": lacking,
+    }
     unknown += [name for name, wanted in others.items() if wanted]
     if unknown:
         what = ", ".join(unknown)
         warnings.warn(f"Penny's pictures do not show {what}", UserWarning, stacklevel=4)
     contacts = bool(opt.flags[mjtVisFlag.mjVIS_CONTACTPOINT] or opt.flags[mjtVisFlag.mjVIS_CONTACTFORCE])
-    return _paint(d, width, height, _place(m, d, cam), [bool(g) for g in opt.geomgroup], contacts)
+    shapes = [
+        (
+            int(g.type),
+            [*map(float, g.size)],
+            [*map(float, g.pos)],
+            [*map(float, np.ravel(g.mat))],
+            [*map(float, g.rgba)],
+        )
+        for g in added
+        if g.type in _SHAPES
+    ]
+    return _paint(d, width, height, _place(m, d, cam), [bool(g) for g in opt.geomgroup], contacts, shapes)
 
 
 def _range(m):
@@ -283,7 +338,7 @@ def mjr_render(viewport: MjrRect, scn: MjvScene, con: MjrContext) -> None:
     if scn.flags[mjtRndFlag.mjRND_SEGMENT]:
         raise NotImplementedError("Penny draws no segmentation")
     con._shown = scn._model, scn._data, viewport.width, viewport.height, scn._camera, scn._option
-    con._picture = _picture(*con._shown, scn.ngeom)
+    con._picture = _picture(*con._shown, scn._added)
 
 
 def mjr_readPixels(rgb, depth, viewport: MjrRect, con: MjrContext) -> None:
@@ -416,7 +471,7 @@ class Renderer:
         shown = self._model, scene._data, self._width, self._height, scene._camera, scene._option
         if self._kind == "picture":
             # As in MuJoCo: nothing to be seen before `update_scene`.
-            return _picture(*shown, scene.ngeom) if scene._data is not None else np.zeros(shape, np.uint8)
+            return _picture(*shown, scene._added) if scene._data is not None else np.zeros(shape, np.uint8)
         if self._kind == "depth":
             farthest = _range(self._model)[1]
             return _depths(*shown)[0] if scene._data is not None else np.full(shape, farthest, np.float32)

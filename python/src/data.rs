@@ -19,7 +19,7 @@ use crate::array::Array;
 use crate::contact::Contacts;
 use crate::data_fields::{FIELDS, QACC};
 use crate::model::{MjModel, assign, lacking};
-use crate::values::{Type, Values};
+use crate::values::Values;
 
 /// The engine's side: it knows no Python.
 pub struct Core {
@@ -52,7 +52,8 @@ impl Core {
         let Core { model, method, state, at, data, inverted, .. } = self;
         *inverted = false;
         for i in 0..n {
-            if i + 1 == n {
+            // The first one, too: if that fails, `at` is what was wrong already.
+            if i + 1 == n || i == 0 {
                 at.time = state.time;
                 at.qpos.copy_from_slice(&state.qpos);
                 at.qvel.copy_from_slice(&state.qvel);
@@ -61,6 +62,16 @@ impl Core {
             forward::step(model, method, state, data)?;
         }
         Ok(())
+    }
+
+    /// Of a step that failed: MuJoCo's number of the warning (`mjtWarning`), and of what index.
+    pub fn beyond(&self) -> Option<(usize, usize)> {
+        let Core { state, at, data, .. } = self;
+        let lists =
+            [(6, &state.ctrl), (3, &at.qpos), (4, &at.qvel), (5, &data.qacc), (3, &state.qpos), (4, &state.qvel)];
+        // MuJoCo's mjMAXVAL.
+        let bad = |x: &f64| x.is_nan() || x.abs() > 1e10;
+        lists.into_iter().find_map(|(kind, list)| Some((kind, list.iter().position(bad)?)))
     }
 
     /// Brings everything up to the state; nothing moves.
@@ -195,6 +206,8 @@ pub struct MjData {
     /// One more whenever the engine has worked.
     version: u64,
     contacts: Option<(Py<Contacts>, u64)>,
+    /// Once it was asked for, or there was one.
+    warning: Option<Py<PyAny>>,
 }
 
 fn index_of(name: &str) -> Option<usize> {
@@ -321,7 +334,7 @@ impl MjData {
             None => {
                 let shape = FIELDS[i].shape(&self.core.model);
                 let zeros = vec![0.0; shape.iter().product()];
-                self.arrays[i] = Some((Values::new(py, Type::Real, &zeros, &shape)?, 0));
+                self.arrays[i] = Some((Values::new(py, FIELDS[i].kind, &zeros, &shape)?, 0));
                 false
             }
         };
@@ -350,7 +363,8 @@ impl MjData {
         let lists = Lists::new(py, &m.model)?;
         let arrays = FIELDS.iter().map(|_| None).collect();
         let model = model.clone().unbind();
-        let mut data = MjData { core, model, lists, arrays, held: Vec::new(), version: 1, contacts: None };
+        let mut data =
+            MjData { core, model, lists, arrays, held: Vec::new(), version: 1, contacts: None, warning: None };
         data.push_all(py);
         Ok(data)
     }
@@ -395,6 +409,12 @@ impl MjData {
     #[getter]
     fn nl(&self) -> usize {
         self.core.rows()[2]
+    }
+
+    /// How often a run went wrong, and of what the last time: see `MjWarningStatList`.
+    #[getter(warning)]
+    fn warning_list(&mut self, py: Python) -> PyResult<Py<PyAny>> {
+        self.warnings(py).map(|list| list.clone_ref(py))
     }
 
     /// All contacts of the last step or `mj_forward`.
@@ -484,6 +504,30 @@ impl MjData {
 }
 
 impl MjData {
+    fn warnings(&mut self, py: Python) -> PyResult<&Py<PyAny>> {
+        if self.warning.is_none() {
+            self.warning = Some(py.import("penny._warning")?.getattr("MjWarningStatList")?.call0()?.unbind());
+        }
+        self.warning.as_ref().ok_or_else(|| unreachable!())
+    }
+
+    /// Counts what left the numbers in a step that failed.
+    pub fn warn(&mut self, py: Python) -> PyResult<()> {
+        match self.core.beyond() {
+            Some(found) => self.warnings(py)?.call_method1(py, "_note", found).map(|_| ()),
+            None => Ok(()),
+        }
+    }
+
+    /// Its counts become those of others, or 0.
+    pub fn set_warnings(&mut self, py: Python, of: Option<&MjData>) -> PyResult<()> {
+        let other = of.and_then(|data| data.warning.as_ref());
+        if other.is_none() && self.warning.is_none() {
+            return Ok(());
+        }
+        self.warnings(py)?.call_method1(py, "_set", (other,)).map(|_| ())
+    }
+
     fn duplicate(slf: &Bound<MjData>, model: &Bound<MjModel>) -> PyResult<Py<MjData>> {
         let py = slf.py();
         let own = slf.borrow().model.clone_ref(py);
@@ -497,6 +541,7 @@ impl MjData {
         copy.core.inverted = this.core.inverted;
         // The copied model has a revision of its own, and its data must not be prepared anew: what they hold is wanted.
         copy.core.data.revision = copy.core.model.revision();
+        copy.set_warnings(py, Some(&this))?;
         copy.push_all(py);
         Py::new(py, copy)
     }

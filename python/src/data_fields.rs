@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 
 use crate::data::{Core, MjData};
 use crate::model_fields::Per;
+use crate::values::Type;
 
 /// What an array has a row for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +20,8 @@ pub enum Rows {
     Sensordata,
     /// Two: potential and kinetic.
     Energy,
+    /// Numbers of all rows of actuators' moments.
+    Moment,
 }
 
 impl Rows {
@@ -28,6 +31,7 @@ impl Rows {
             Rows::Activation => m.na,
             Rows::Sensordata => m.nsensordata,
             Rows::Energy => 2,
+            Rows::Moment => quantities::moment_room(m),
         }
     }
 }
@@ -38,6 +42,7 @@ pub struct Field {
     pub rows: Rows,
     /// Numbers in a row; 1: the array has one dimension.
     pub width: usize,
+    pub kind: Type,
     /// All numbers, for the state to which the engine's data belong.
     pub get: fn(&mut Core, &mut Vec<f64>),
 }
@@ -50,7 +55,22 @@ impl Field {
 }
 
 const fn per(name: &'static str, per: Per, width: usize, get: fn(&mut Core, &mut Vec<f64>)) -> Field {
-    Field { name, rows: Rows::Per(per), width, get }
+    Field { name, rows: Rows::Per(per), width, kind: Type::Real, get }
+}
+
+/// Whole numbers, which follow from the rows of actuators' moments.
+const fn moments(name: &'static str, rows: Rows, get: fn(&mut Core, &mut Vec<f64>)) -> Field {
+    Field { name, rows, width: 1, kind: Type::Int, get }
+}
+
+fn each_moment(c: &mut Core) -> Vec<Vec<(usize, f64)>> {
+    quantities::moments(&c.model, &c.at, &mut c.data)
+}
+
+/// So many numbers as there is room for, zeros behind those that there are.
+fn filled(c: &Core, out: &mut Vec<f64>, numbers: impl Iterator<Item = f64>) {
+    out.extend(numbers);
+    out.resize(quantities::moment_room(&c.model), 0.0);
 }
 
 /// Row by row, as MuJoCo has matrices.
@@ -145,12 +165,45 @@ pub const FIELDS: &[Field] = &[
     per("actuator_velocity", Actuator, 1, |c, out| out.extend(quantities::actuators(&c.model, &c.at, &c.data).1)),
     per("ten_length", Tendon, 1, |c, out| out.extend(&c.data.ten_length)),
     per("ten_velocity", Tendon, 1, |c, out| out.extend(&c.data.ten_velocity)),
-    Field { name: "act_dot", rows: Rows::Activation, width: 1, get: |c, out| out.extend(&c.data.act_dot) },
-    Field { name: "sensordata", rows: Rows::Sensordata, width: 1, get: |c, out| out.extend(&c.data.sensordata) },
+    Field {
+        name: "actuator_moment",
+        rows: Rows::Moment,
+        width: 1,
+        kind: Type::Real,
+        get: |c, out| {
+            let rows = each_moment(c);
+            filled(c, out, rows.iter().flatten().map(|(_, entry)| *entry));
+        },
+    },
+    moments("moment_rownnz", Rows::Per(Actuator), |c, out| {
+        out.extend(each_moment(c).iter().map(|row| row.len() as f64))
+    }),
+    moments("moment_rowadr", Rows::Per(Actuator), |c, out| {
+        out.extend(each_moment(c).iter().scan(0, |at, row| Some(std::mem::replace(at, *at + row.len()) as f64)));
+    }),
+    moments("moment_colind", Rows::Moment, |c, out| {
+        let rows = each_moment(c);
+        filled(c, out, rows.iter().flatten().map(|(dof, _)| *dof as f64));
+    }),
+    Field {
+        name: "act_dot",
+        rows: Rows::Activation,
+        width: 1,
+        kind: Type::Real,
+        get: |c, out| out.extend(&c.data.act_dot),
+    },
+    Field {
+        name: "sensordata",
+        rows: Rows::Sensordata,
+        width: 1,
+        kind: Type::Real,
+        get: |c, out| out.extend(&c.data.sensordata),
+    },
     Field {
         name: "energy",
         rows: Rows::Energy,
         width: 1,
+        kind: Type::Real,
         get: |c, out| {
             let Core { scratch, model, at, .. } = c;
             let scratch = scratch.get_or_insert_with(|| Data::new(model));
@@ -202,7 +255,8 @@ properties! {
     xpos, xquat, xmat, xipos, ximat, xiquat, xanchor, xaxis, geom_xpos, geom_xmat, geom_xquat, site_xpos,
     site_xmat, site_xquat, cam_xpos, cam_xmat, subtree_com, cinert, cdof, cvel, cacc, cfrc_ext, cfrc_int, subtree_linvel,
     subtree_angmom, qacc, qacc_smooth, qfrc_bias, qfrc_passive, qfrc_actuator, qfrc_gravcomp, qfrc_smooth,
-    qfrc_constraint, qfrc_inverse, actuator_force, actuator_length, actuator_velocity, ten_length, ten_velocity, act_dot, sensordata, energy,
+    qfrc_constraint, qfrc_inverse, actuator_force, actuator_length, actuator_velocity, ten_length, ten_velocity,
+    actuator_moment, moment_rownnz, moment_rowadr, moment_colind, act_dot, sensordata, energy,
 }
 
 // Every field has its property.

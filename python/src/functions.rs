@@ -63,6 +63,9 @@ fn steps(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>, nstep: usize) -> PyR
     data.pull(py, &mut m.borrow_mut())?;
     let result = advance(py, &mut data.core, nstep);
     data.push(py);
+    if result.is_err() {
+        data.warn(py)?;
+    }
     result
 }
 
@@ -125,6 +128,9 @@ pub fn mj_step2(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<(
     }
     let result = data.core.step(1).map_err(|e| step_error(py, &e));
     data.push(py);
+    if result.is_err() {
+        data.warn(py)?;
+    }
     result
 }
 
@@ -195,7 +201,7 @@ fn reset(
     data.core.state = state(&data.core.model)?;
     data.core.forward();
     data.push_all(py);
-    Ok(())
+    data.set_warnings(py, None)
 }
 
 /// The kind of thing by `mjtObj`, as the prefix of its arrays.
@@ -526,17 +532,17 @@ pub fn mj_copyData(py: Python, dest: &Bound<MjData>, m: &Bound<MjModel>, src: &B
     if dest.is(src) {
         return Ok(());
     }
-    let (mut from, mut to) = (src.borrow_mut(), dest.borrow_mut());
-    from.pull(py, &mut m.borrow_mut())?;
+    let (mut other, mut to) = (src.borrow_mut(), dest.borrow_mut());
+    other.pull(py, &mut m.borrow_mut())?;
     to.pull(py, &mut m.borrow_mut())?;
-    let (from, into) = (&from.core, &mut to.core);
+    let (from, into) = (&other.core, &mut to.core);
     into.state.copy_from(&from.state);
     into.at.copy_from(&from.at);
     into.data = from.data.clone();
     into.qfrc_inverse.clone_from(&from.qfrc_inverse);
     into.inverted = from.inverted;
     to.push_all(py);
-    Ok(())
+    to.set_warnings(py, Some(&other))
 }
 
 /// Distance along a ray (in lengths of `vec`) from a point of the world to the nearest geom; −1 if there is none.

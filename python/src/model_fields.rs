@@ -1005,6 +1005,7 @@ pub const SIZES: &[Size] = &[
     ("nsite", |m| m.sites.len()),
     ("nsensor", |m| m.sensors.len()),
     ("nsensordata", |m| m.nsensordata),
+    ("nJmom", penny::quantities::moment_room),
     ("nkey", |m| m.keyframes.len()),
     ("ncam", |m| m.cameras.len()),
     ("ntendon", |m| m.tendons.len()),

@@ -2,11 +2,12 @@
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use penny::data::Data;
-use penny::math::Vec3;
+use penny::math::{Mat3, Vec3};
 use penny::model::{GeomKind, Path};
 use penny::quantities;
 use penny_view::camera::Camera;
 use penny_view::depth;
+use penny_view::draw::Thing;
 use penny_view::paint;
 use penny_view::scene::{self, Scale};
 use penny_view::session::Poses;
@@ -51,11 +52,28 @@ fn eye(core: &Core, from: &From) -> PyResult<Camera> {
     }
 }
 
+/// A shape that a program has added: `mjtGeom`, size (m; round ones: radius, radius, half-length), place (m), axes in rows,
+/// colour and opacity.
+type Added = (i64, [f64; 3], [f64; 3], [f64; 9], [f32; 4]);
+
+fn alone(&(kind, [x, y, z], pos, mat, rgba): &Added) -> Option<Thing> {
+    let (kind, size) = match kind {
+        2 => (GeomKind::Sphere, [x, y, z]),
+        3 => (GeomKind::Capsule, [x, z, 0.0]),
+        4 => (GeomKind::Ellipsoid, [x, y, z]),
+        5 => (GeomKind::Cylinder, [x, z, 0.0]),
+        6 => (GeomKind::Box, [x, y, z]),
+        _ => return None,
+    };
+    scene::alone(kind, &size.into(), &pos.into(), &Mat3::from_row_slice(&mat), rgba)
+}
+
 /// A picture of the scene as it was at the last step or `mj_forward`: (height, width, 3), uint8, rows from the top.
 ///
-/// In: the groups of geoms to be seen; whether contact points and forces are shown.
+/// In: the groups of geoms to be seen; whether contact points and forces are shown; what else is.
 #[pyfunction]
-#[pyo3(signature = (d, width, height, camera, groups, contacts))]
+#[pyo3(signature = (d, width, height, camera, groups, contacts, added=vec![]))]
+#[allow(clippy::too_many_arguments)]
 pub fn _paint<'py>(
     py: Python<'py>,
     d: &Bound<'py, MjData>,
@@ -64,6 +82,7 @@ pub fn _paint<'py>(
     camera: From,
     groups: Vec<bool>,
     contacts: bool,
+    added: Vec<Added>,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
     check_size(width, height)?;
     let data = d.borrow();
@@ -79,6 +98,7 @@ pub fn _paint<'py>(
         if contacts {
             scene::contacts(&mut list, &core.data, &Scale::of(&core.model));
         }
+        list.things.extend(added.iter().filter_map(alone));
         let image = paint::paint(&list, width, height, 1);
         image.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect::<Vec<u8>>()
     });

@@ -284,6 +284,62 @@ def test_states_as_vectors(random_state):
         penny.mj_setState(pm, pd, state[1:], penny.mjtState.mjSTATE_INTEGRATION)
 
 
+def test_moments_are_stored_as_mujoco_stores_them():
+    text = """<mujoco><worldbody>
+      <body><joint name="a" axis="0 0 1"/><geom size=".1" pos=".1 0 0"/><site name="r" pos="0 .1 0"/>
+        <body pos=".2 0 0"><joint name="b" axis="0 0 1"/><geom size=".1" pos=".1 0 0"/><site name="s"/></body></body>
+      <body pos="0 0 1"><freejoint name="f"/><geom size=".1"/><site name="t"/></body>
+      <body pos="0 1 1"><joint type="ball" name="g"/><geom size=".1"/><site name="u" pos="0 .1 0"/></body></worldbody>
+      <tendon><fixed name="x"><joint joint="b" coef="0"/><joint joint="a" coef="1"/></fixed>
+        <spatial name="y"><site site="s"/><site site="t"/></spatial></tendon>
+      <actuator><motor site="s" gear="0 0 1 0 0 0"/><motor site="s" gear="1 1 0 0 0 0"/><motor joint="b"/>
+        <motor joint="f" gear="0 0 1"/><motor jointinparent="f" gear="0 0 1 0 1 0"/><motor joint="g" gear="1 0 2"/>
+        <motor tendon="x"/><motor tendon="y"/><motor site="s" refsite="t" gear="1 0 0 0 0 0"/>
+        <motor site="u" refsite="u"/><motor site="s" refsite="r" gear="1 1 0 0 0 1"/>
+        <general cranksite="s" slidersite="u" cranklength="3"/></actuator></mujoco>"""
+    mm, pm = mujoco.MjModel.from_xml_string(text), penny.MjModel.from_xml_string(text)
+    md, pd = mujoco.MjData(mm), penny.MjData(pm)
+    mujoco.mj_forward(mm, md)
+    assert pm.nJmom == mm.nJmom
+    for name in ("moment_rownnz", "moment_rowadr", "moment_colind", "actuator_moment"):
+        ours, theirs = getattr(pd, name), getattr(md, name)
+        assert ours.dtype == theirs.dtype and close(ours, theirs), name
+    kept = pd.actuator_moment
+    md.qpos[0] = pd.qpos[0] = 0.3
+    mujoco.mj_forward(mm, md)
+    penny.mj_forward(pm, pd)
+    assert close(kept, md.actuator_moment)
+
+
+SLIDE = "<mujoco><worldbody><body><joint name='s' type='slide'/><geom size='.1'/></body></worldbody>{}</mujoco>"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("qpos", np.nan), ("qvel", 1e11), ("ctrl", np.inf), ("qfrc_applied", 1e300)]
+)
+def test_warnings_count_what_left_the_numbers(name, value):
+    text = SLIDE.format("<actuator><motor joint='s'/></actuator>")
+    mm, pm = mujoco.MjModel.from_xml_string(text), penny.MjModel.from_xml_string(text)
+    md, pd = mujoco.MjData(mm), penny.MjData(pm)
+    ours, before = pd.warning, copy.copy(pd)
+    for d in (md, pd):
+        getattr(d, name)[0] = value
+    mujoco.mj_step(mm, md)
+    with pytest.raises(penny.StepError):
+        penny.mj_step(pm, pd)
+    assert np.array_equal(ours.number, md.warning.number) and ours.number.sum() == 1
+    assert np.array_equal(ours.lastinfo, md.warning.lastinfo) and len(ours) == len(md.warning)
+    kind = penny.mjtWarning(int(ours.number.argmax()))
+    assert kind.name == mujoco.mjtWarning(int(kind)).name and ours[kind].number == ours[kind - 7].number == 1
+    assert copy.copy(pd).warning == ours != before.warning and [w.number for w in ours[3:]] == list(ours.number[3:])
+    ours[kind].number = 5
+    assert ours.number[kind] == 5 and "number: 5" in repr(ours[kind])
+    penny.mj_resetData(pm, pd)
+    assert not pd.warning.number.any() and not ours.lastinfo.any()
+    with pytest.raises(IndexError):
+        ours[7]
+
+
 def test_steps(pair):
     pair.randomize(3)
     for _ in range(10):

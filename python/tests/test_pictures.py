@@ -176,6 +176,23 @@ def test_geoms_between_two_points():
         assert renderer.scene.ngeom == 0
 
 
+def test_geoms_that_are_added_are_seen_where_they_are():
+    pair, nothing = both(), penny.MjvOption()
+    nothing.geomgroup[:] = 0
+    with penny.Renderer(pair.pm, 300, 400) as renderer:
+        renderer.update_scene(pair.pd, "fixed")
+        own = renderer.render()
+        renderer.update_scene(pair.pd, "fixed", nothing)
+        assert not ((renderer.render()[..., 0] > 90) & (renderer.render()[..., 1] < 80)).any()
+        penny.mjv_addGeoms(pair.pm, pair.pd, penny.MjvOption(), None, penny.mjtCatBit.mjCAT_ALL, renderer.scene)
+        added = renderer.render()
+        assert renderer.scene.ngeom == 1
+    assert np.abs(centre(added) - centre(own)).max() < 1
+    full = penny.MjvScene(pair.pm, 0)
+    with pytest.warns(UserWarning, match="room for 0 geoms"):
+        penny.mjv_addGeoms(pair.pm, pair.pd, penny.MjvOption(), None, penny.mjtCatBit.mjCAT_DYNAMIC, full)
+
+
 def test_depths_are_those_of_the_surfaces():
     m = penny.MjModel.from_xml_string(DEEP)
     d, width, height = penny.MjData(m), 61, 47

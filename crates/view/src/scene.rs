@@ -176,6 +176,13 @@ fn thing(model: &Model, geom: &Geom, shape: Shape, pos: &Vec3, mat: &Mat3) -> Th
     }
 }
 
+/// A shape that belongs to no body; `None` for a plane. In: size and pose, m; axes in columns; colour and opacity.
+pub fn alone(kind: GeomKind, size: &Vec3, pos: &Vec3, mat: &Mat3, color: [f32; 4]) -> Option<Thing> {
+    let layer = if color[3] < 0.999 { Layer::Glass } else { Layer::Solid };
+    let (size, pos, mat, shadow) = (f32s(size), f32s(pos), f32m(mat), color[3] > 0.6);
+    Some(Thing { shape: shape(kind)?, size, pos, mat, color, layer, checker: false, shadow, paint: false })
+}
+
 /// Whether a point is in a level plane.
 fn on_floor(model: &Model, pos: &Vec3) -> bool {
     let level = |g: &&Geom| g.kind == GeomKind::Plane && (g.quat * Vec3::z()).z > 1.0 - 1e-9;
