@@ -3,12 +3,14 @@
 use std::borrow::Cow;
 
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
+use penny::quantities;
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::types::PySlice;
 
-use crate::data::MjData;
+use crate::data::{Core, MjData};
 use crate::model::{MjModel, assign};
+use crate::values::{Type, Values};
 
 /// One body, joint, geom … of a model or data: its rows of all arrays. What is written to them is written to the arrays.
 #[pyclass(name = "View", module = "penny", frozen)]
@@ -64,7 +66,20 @@ impl View {
         }
     }
 
+    /// ∂length/∂q of an actuator (nv), a copy: by name it is not sparse.
+    fn moment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let mut data = self.of.bind(py).cast::<MjData>()?.borrow_mut();
+        let Core { model, at, data: engine, .. } = &mut data.core;
+        let row = quantities::actuator_moment(model, at, engine, self.index);
+        let values = Values::new(py, Type::Real, &row, &[row.len()])?;
+        values.lock(py)?;
+        Ok(values.object(py))
+    }
+
     fn get<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        if (self.in_model, self.kind, name) == (false, "actuator", "moment") {
+            return self.moment(py);
+        }
         let lacking = || {
             let side = if self.in_model { "MjModel" } else { "MjData" };
             PyAttributeError::new_err(format!("{side} has no `{name}` of a {}", self.kind))

@@ -39,10 +39,16 @@ pub struct Document {
     pub(super) nodes: Vec<Node>,
     /// Of all elements, in one list: one a piece would be millions.
     pub(super) attributes: Vec<Attribute>,
+    pub(super) includes: Box<Includes>,
+}
+
+/// What was spliced in, and where.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Includes {
     /// Tags of includes, and the files that stand in their places (end tags: none).
-    pub(super) includes: Vec<(Span, Option<u32>)>,
+    pub tags: Vec<(Span, Option<u32>)>,
     /// Of each included file, what its outermost element holds.
-    pub(super) contents: Vec<Span>,
+    pub contents: Vec<Span>,
 }
 
 /// An element: name, attributes and children, each in file order.
@@ -147,7 +153,7 @@ impl Document {
     /// The scene as one file, which includes no others and means the same.
     pub fn joined(&self) -> String {
         let mut tags: Vec<Vec<(Span, Option<u32>)>> = vec![Vec::new(); self.files.len()];
-        for &(span, file) in &self.includes {
+        for &(span, file) in &self.includes.tags {
             tags[span.file as usize].push((span, file));
         }
         tags.iter_mut().for_each(|tags| tags.sort());
@@ -163,9 +169,9 @@ impl Document {
         let mut from = part.start as usize;
         for (tag, file) in &tags[part.file as usize] {
             out.push_str(&text[from..tag.start as usize]);
-            let content = file.and_then(|file| self.contents.binary_search_by_key(&file, |c| c.file).ok());
+            let content = file.and_then(|file| self.includes.contents.binary_search_by_key(&file, |c| c.file).ok());
             if let Some(i) = content {
-                self.join(self.contents[i], tags, out);
+                self.join(self.includes.contents[i], tags, out);
             }
             from = tag.end as usize;
         }

@@ -347,7 +347,7 @@ impl Parser<'_> {
         let parent = file.stack.last().map(|open| open.node).or(file.into);
         let node = match (file.stack.is_empty(), file.into) {
             (true, Some(into)) => {
-                self.document.contents.push(Span { start: whole.end, ..whole });
+                self.document.includes.contents.push(Span { start: whole.end, ..whole });
                 into
             }
             _ if name == "include" && parent.is_some() => {
@@ -356,7 +356,7 @@ impl Parser<'_> {
                 let next = self.document.files.len();
                 self.include(&include, parent, file);
                 let read = (self.document.files.len() > next).then_some(next as u32);
-                self.document.includes.push((whole, read));
+                self.document.includes.tags.push((whole, read));
                 parent
             }
             // A second root was reported; its children hang where they do no harm.
@@ -537,10 +537,10 @@ impl Parser<'_> {
                 node.end = Some(Span::new(span.file, span.start as usize + 2, span.start as usize + 2 + name.len()));
             }
         }
-        let contents = &mut self.document.contents;
+        let contents = &mut self.document.includes.contents;
         match depth {
             0 => contents.iter_mut().filter(|c| c.file == file.number).for_each(|c| c.end = span.start),
-            _ if name == "include" => self.document.includes.push((span, None)),
+            _ if name == "include" => self.document.includes.tags.push((span, None)),
             _ => {}
         }
     }
