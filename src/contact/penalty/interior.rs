@@ -59,10 +59,16 @@ struct Group {
 /// Solves from no forces, with at most `rounds` linear systems. Out: the forces, and in `p` what they do.
 pub fn solve(task: &Task, island: &mut Island, rounds: usize) -> Outcome {
     let mut outcome = Outcome { iterations: 0, residual: f64::INFINITY };
-    let mut inner = std::mem::take(&mut island.interior);
     island.w.fill(0.0);
     take_x(island);
     let tau = island.constraints.iter().map(largest).fold(0.0, f64::max);
+    if tau == 0.0 {
+        // Nothing is to be done: every x is 0.
+        island.constraints.iter_mut().for_each(|c| c.force = [0.0; 6]);
+        outcome.residual = residual(island);
+        return outcome;
+    }
+    let mut inner = std::mem::take(&mut island.interior);
     begin(&mut island.constraints, &mut inner, tau);
     let (mut tried, mut shorts, mut least) = (1.0, 0, f64::INFINITY);
     while outcome.iterations < rounds {
@@ -90,7 +96,7 @@ pub fn solve(task: &Task, island: &mut Island, rounds: usize) -> Outcome {
             least = outcome.residual;
             island.constraints.iter().zip(&mut inner).for_each(|(c, inner)| inner.best = c.force);
         }
-        if outcome.residual == f64::INFINITY {
+        if !outcome.residual.is_finite() {
             // Nearer to an inequality than numbers can tell.
             break;
         }
@@ -109,7 +115,7 @@ pub fn solve(task: &Task, island: &mut Island, rounds: usize) -> Outcome {
         }
         take_x(island);
     }
-    if outcome.residual > TOLERANCE && least < f64::INFINITY {
+    if least.is_finite() && !(0.0..=TOLERANCE).contains(&outcome.residual) {
         island.constraints.iter_mut().zip(&inner).for_each(|(c, inner)| c.force = inner.best);
         outcome.residual = residual(island);
     }
@@ -174,9 +180,14 @@ fn pushes(cone: &Cone) -> bool {
     matches!(cone.kind, Kind::OneSided | Kind::Coulomb)
 }
 
-/// What n y would be, N m/s², at the force that stops the constraint and the acceleration that this force causes; or that of friction.
+/// What n y would be, N m/s², at the force that stops the constraint and the acceleration that this force causes; or that of
+/// friction, or of a row of an equality.
 fn largest(c: &Constraint) -> f64 {
     let mut most = if pushes(&c.cone) { c.y[0] * c.y[0] / c.inverse[0] } else { 0.0 };
+    if c.cone.kind == Kind::TwoSided {
+        let rows = (0..c.cone.dim).filter(|k| c.y[*k] != 0.0);
+        most = rows.map(|k| c.y[k] * c.y[k] / c.inverse[k / 3]).fold(0.0, f64::max);
+    }
     for (i, rows, _) in groups(&c.cone) {
         let inverse = if c.cone.kind == Kind::Dry { c.inverse[0] } else { c.inverse[1 + i] };
         let x = two(&rows, |k| c.y[k]);
