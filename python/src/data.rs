@@ -505,10 +505,11 @@ impl MjData {
 
 impl MjData {
     fn warnings(&mut self, py: Python) -> PyResult<&Py<PyAny>> {
-        if self.warning.is_none() {
-            self.warning = Some(py.import("penny._warning")?.getattr("MjWarningStatList")?.call0()?.unbind());
-        }
-        self.warning.as_ref().ok_or_else(|| unreachable!())
+        let list = match self.warning.take() {
+            Some(list) => list,
+            None => py.import("penny._warning")?.getattr("MjWarningStatList")?.call0()?.unbind(),
+        };
+        Ok(self.warning.insert(list))
     }
 
     /// Counts what left the numbers in a step that failed.

@@ -305,9 +305,7 @@ fn the_equations_have_one_solution_whichever_method_finds_it() {
     };
     let ways = [(other(penalty::solve_anew), 1e-10), (other(penalty::solve_as_defined), 1e-8)];
     let (mut asked, mut compared) = (0, 0);
-    for (seed, cone) in (0..60).map(|seed| (seed, if seed % 2 == 0 { "elliptic" } else { "pyramidal" })) {
-        let recipe = Recipe { touch: closed_form, statics: true, gravity: true, round: false, gap: -1e-3, cone };
-        let mut sim = Scene::random(seed, &recipe).sim("penalty", Joints::Free, &recipe);
+    let mut ask = |sim: &mut Sim, what: &str| {
         let mut other = Data::new(&sim.model);
         for _ in 0..40 {
             sim.step();
@@ -323,9 +321,39 @@ fn the_equations_have_one_solution_whichever_method_finds_it() {
                 let size = other.qacc.iter().fold(10.0f64, |m, a| m.max(a.abs()));
                 let off = distance(&sim.data.qacc, &other.qacc);
                 let time = sim.state.time;
-                assert!(off < tolerance * size, "seed {seed}, {time} s: accelerations differ by {off:e} of {size:e}");
+                assert!(off < tolerance * size, "{what}, {time} s: accelerations differ by {off:e} of {size:e}");
             }
         }
+    };
+    for (seed, cone) in (0..60).map(|seed| (seed, if seed % 2 == 0 { "elliptic" } else { "pyramidal" })) {
+        let recipe = Recipe { touch: closed_form, statics: true, gravity: true, round: false, gap: -1e-3, cone };
+        ask(&mut Scene::random(seed, &recipe).sim("penalty", Joints::Free, &recipe), &format!("seed {seed}"));
+    }
+    // What else has forces: limits, dry friction, equalities and tendons, beside contacts that spin and roll.
+    for condim in [1, 3, 4, 6] {
+        let mut sim = Sim::new(&joined(condim));
+        sim.state.qvel.iter_mut().enumerate().for_each(|(i, v)| *v = (1.7 * i as f64).sin());
+        sim.run(0.1);
+        let kinds = [sim.data.contacts.len(), sim.data.joint_rows.len(), sim.data.ties.len()];
+        assert!(kinds[0] > 1 && kinds[1] > 2 && kinds[2] > 1, "condim {condim}: {kinds:?}");
+        ask(&mut sim, &format!("condim {condim}"));
     }
     assert!(100 * compared >= 99 * asked, "only {compared} of {asked} states were solved");
+}
+
+/// An arm with limits and dry friction, and a box and a ball on the ground that a ball joint and a rope hold together.
+fn joined(condim: usize) -> String {
+    format!(
+        r#"<mujoco><default><geom condim="{condim}" friction="0.6 0.01 0.002"/></default><worldbody>
+           <geom type="plane" size="5 5 1"/>
+           <body pos="0 0 .3"><joint name="a" axis="0 1 0" range="-10 5" frictionloss=".3"/>
+             <geom type="capsule" fromto="0 0 0 .4 0 -.2" size=".05"/>
+             <body pos=".4 0 -.2"><joint name="b" axis="0 1 0" range="-5 90" frictionloss=".1"/>
+               <geom type="capsule" fromto="0 0 0 .3 0 0" size=".05"/></body>
+             </body>
+           <body name="box" pos=".9 0 .099"><freejoint/><geom type="box" size=".1 .1 .1"/><site name="box"/></body>
+           <body name="ball" pos="1.2 0 .0999"><freejoint/><geom size=".1"/><site name="ball"/></body></worldbody>
+           <tendon><spatial name="rope" range="0 .25" limited="true" frictionloss=".2"><site site="box"/><site site="ball"/></spatial>
+           </tendon><equality><connect body1="box" body2="ball" anchor=".15 0 0"/></equality></mujoco>"#
+    )
 }
