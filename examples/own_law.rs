@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let integrator = integrate::by_name("semi-implicit-euler").ok_or("no such integrator")?;
     for contact in [&hunt_crossley::LAW, &SILENT] {
         let method = Method { contact, integrator, timestep: 1e-3, rounds: penny::forward::ROUNDS };
-        let touch = explain::touches(&model, &method).swap_remove(0);
+        let touch = explain::touches(&model).swap_remove(0);
         let meaning = explain::meaning(&model, &method, &touch, 0.1);
         println!(
             "{}: {}\n  formulas {:?}\n  measured {:?}",

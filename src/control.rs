@@ -243,7 +243,7 @@ impl<'m> Controlled<'m> {
             let shortest = timestep <= self.least;
             let error = match self.try_step(timestep) {
                 Ok(()) => self.error(left.min(MEMORY)) / self.tolerance,
-                Err(StepError::Diverged(_)) if !shortest => f64::INFINITY,
+                Err(StepError::Diverged(_) | StepError::Crowded { .. }) if !shortest => f64::INFINITY,
                 Err(error) => return Err(Failed::Step(error)),
             };
             if error <= 1.0 || shortest {

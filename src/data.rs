@@ -340,6 +340,8 @@ pub struct Counts {
     pub pairs: usize,
     /// Contacts found.
     pub contacts: usize,
+    /// Searches for contacts that found more than the scene may have, and so kept none.
+    pub crowded: usize,
     /// Scalar constraint rows set up (contact directions, limits, dry friction).
     pub rows: usize,
     /// Linear systems solved by the contact law.

@@ -24,13 +24,17 @@ use crate::state::{State, WrongState};
 /// As in MuJoCo, poses, contacts and forces in `data` are then those at the beginning of the step; [`forward`] brings them
 /// up to date.
 ///
-/// Errors: see [`StepError`]. Where the run diverged the state is what the failed step left, otherwise as it was.
+/// Errors: see [`StepError`]. Where the run diverged or was crowded the state is what the failed step left, otherwise as it was.
 pub fn step(model: &Model, method: &Method, state: &mut State, data: &mut Data) -> Result<(), StepError> {
     check(model, method, state)?;
     data.follow(model);
     data.counts = Counts::default();
+    let time = state.time;
     (method.integrator.advance)(model, method, state, data);
     data.unconverged += usize::from(data.solver.residual > CONVERGED);
+    if data.counts.crowded > 0 {
+        return Err(StepError::Crowded { time, most: model.pairs.most_contacts });
+    }
     if sane(&state.qpos) & sane(&state.qvel) & sane(&data.qacc) {
         Ok(())
     } else {
@@ -43,6 +47,13 @@ pub fn step(model: &Model, method: &Method, state: &mut State, data: &mut Data) 
 pub enum StepError {
     /// A position, velocity or acceleration is not finite or beyond 1e10 (MuJoCo's bound).
     Diverged(Diverged),
+    /// More contacts than the scene may have ([`crate::mjcf::Limits::contacts`]).
+    Crowded {
+        /// When the step began, s.
+        time: f64,
+        /// As many as it may have.
+        most: usize,
+    },
     /// The timestep is not above zero, s.
     Timestep(f64),
     /// The state is none of this model.
@@ -53,6 +64,12 @@ impl fmt::Display for StepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             StepError::Diverged(diverged) => diverged.fmt(f),
+            StepError::Crowded { time, most } => write!(
+                f,
+                "there are more than {most} contacts, or pairs of geoms near one another, in the step from {time:.6} s: begin \
+                 with them apart, let fewer touch (`contype`, `conaffinity`), or raise the limit: `--limit contacts={}`",
+                most.saturating_mul(2)
+            ),
             StepError::Timestep(h) => write!(f, "a timestep of {h} s: it has to be above zero"),
             StepError::State(wrong) => wrong.fmt(f),
         }
@@ -66,6 +83,7 @@ impl StepError {
     pub fn time(&self) -> f64 {
         match self {
             StepError::Diverged(diverged) => diverged.time,
+            StepError::Crowded { time, .. } => *time,
             StepError::Timestep(_) | StepError::State(_) => 0.0,
         }
     }

@@ -53,27 +53,28 @@ pub struct Scene {
 ///
 /// Errors: everything that is wrong with it, each problem with its place; `Display` prints them.
 pub fn load(path: &Path) -> Result<Scene, Failure> {
-    compiled(mjcf::load(path)?)
+    load_within(path, &mjcf::Limits::default())
 }
 
 /// Reads and compiles a file within limits of one's own.
 pub fn load_within(path: &Path, limits: &mjcf::Limits) -> Result<Scene, Failure> {
-    compiled(mjcf::load_within(path, limits)?)
+    compiled(mjcf::load_within(path, limits)?, limits)
 }
 
 /// Reads and compiles text as if it were the file `name`.
 pub fn parse(name: &str, text: &str) -> Result<Scene, Failure> {
-    compiled(mjcf::parse(name, text)?)
+    parse_within(name, text, &mjcf::Limits::default())
 }
 
 /// The same within limits of one's own.
 pub fn parse_within(name: &str, text: &str, limits: &mjcf::Limits) -> Result<Scene, Failure> {
-    compiled(mjcf::parse_within(name, text, limits)?)
+    compiled(mjcf::parse_within(name, text, limits)?, limits)
 }
 
-fn compiled(Loaded { document, spec, mut warnings }: Loaded) -> Result<Scene, Failure> {
+fn compiled(Loaded { document, spec, mut warnings }: Loaded, limits: &mjcf::Limits) -> Result<Scene, Failure> {
     match compile::compile(&document, &spec) {
-        Ok((model, more)) => {
+        Ok((mut model, more)) => {
+            model.parts_mut().pairs.most_contacts = limits.contacts;
             warnings.extend(more);
             Ok(Scene { document, model, warnings })
         }

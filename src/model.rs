@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::math::{Mat3, Quat, Vec3};
 use crate::mesh::Mesh;
+use crate::mjcf::Limits;
 
 pub use crate::kind::{Activation, ActuatorKind, CameraMode, Cone, GeomKind, JointKind, SensorKind};
 
@@ -630,8 +631,10 @@ pub struct FreeBody {
 }
 
 /// Which geom pairs a step looks at.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Pairs {
+    /// Contacts that there may be at one time, and pairs near enough for one: `mjcf::Limits::contacts`.
+    pub most_contacts: usize,
     /// All of them, in contact order, when they are few; otherwise those that the broad phase cannot find
     /// (planes against everything, `<contact><pair>`).
     pub listed: Vec<Pair>,
@@ -643,6 +646,19 @@ pub struct Pairs {
     pub class: Vec<u32>,
     /// Index into [`Parts::mixes`] of each two classes: a square matrix, row by row.
     pub mix_table: Vec<u32>,
+}
+
+impl Default for Pairs {
+    fn default() -> Pairs {
+        Pairs {
+            most_contacts: Limits::default().contacts,
+            listed: Vec::new(),
+            swept: Vec::new(),
+            excluded: Vec::new(),
+            class: Vec::new(),
+            mix_table: Vec::new(),
+        }
+    }
 }
 
 /// Two geoms that can touch.

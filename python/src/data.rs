@@ -66,7 +66,10 @@ impl Core {
 
     /// Of a step that failed: MuJoCo's number of the warning (`mjtWarning`), and of what index.
     pub fn beyond(&self) -> Option<(usize, usize)> {
-        let Core { state, at, data, .. } = self;
+        let Core { model, state, at, data, .. } = self;
+        if data.counts.crowded > 0 {
+            return Some((1, model.pairs.most_contacts));
+        }
         let lists =
             [(6, &state.ctrl), (3, &at.qpos), (4, &at.qvel), (5, &data.qacc), (3, &state.qpos), (4, &state.qvel)];
         // MuJoCo's mjMAXVAL.

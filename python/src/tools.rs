@@ -71,7 +71,7 @@ pub fn explain<'py>(py: Python<'py>, m: &Bound<'py, MjModel>) -> PyResult<Bound<
         (m.model.clone(), m.method)
     };
     let found = py.detach(|| {
-        let touches = penny_lab::explain::touches(&model, &method);
+        let touches = penny_lab::explain::touches(&model);
         let of = |touch| {
             let meaning = penny_lab::explain::meaning(&model, &method, &touch, 0.0).formulas;
             let largest = penny_lab::explain::probe::largest_timestep(&model, &method, &touch);

@@ -28,6 +28,8 @@ pub struct BroadPhase {
     found: Vec<Pair>,
     /// The near pairs and `model.pairs.listed`, in contact order.
     near: Vec<Pair>,
+    /// There are more than the scene may have.
+    crowded: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -47,8 +49,8 @@ struct Item {
 }
 
 impl BroadPhase {
-    /// All pairs that may touch now, in contact order.
-    pub fn near(&mut self, model: &Model, xpos: &[Vec3]) -> &Vec<Pair> {
+    /// All pairs that may touch now, in contact order; `None` if there are more than the scene may have.
+    pub fn near(&mut self, model: &Model, xpos: &[Vec3]) -> Option<&Vec<Pair>> {
         let first = self.items.is_empty();
         if first {
             self.prepare(model);
@@ -58,7 +60,7 @@ impl BroadPhase {
         if first || !self.items.iter().all(stays) {
             self.rebuild(model, xpos);
         }
-        &self.near
+        (!self.crowded).then_some(&self.near)
     }
 
     /// Sizes and levels, which do not change.
@@ -94,6 +96,9 @@ impl BroadPhase {
         self.found.clear();
         // Largest first: each geom looks for those already placed, which are at its own or at coarser levels.
         for i in 0..self.items.len() {
+            if self.found.len() > model.pairs.most_contacts {
+                break;
+            }
             let geom = self.items[i].geom;
             self.items[i].pos = xpos[geom];
             for l in 0..self.levels.len() {
@@ -102,6 +107,13 @@ impl BroadPhase {
                 }
             }
             self.place(i);
+        }
+        self.crowded = self.found.len() > model.pairs.most_contacts;
+        if self.crowded {
+            // The next call finds out whether that is still so.
+            *self = BroadPhase::default();
+            self.crowded = true;
+            return;
         }
         merge(model, &mut self.found, &mut self.near);
     }

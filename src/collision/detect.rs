@@ -7,6 +7,9 @@ use crate::model::{Bound, GeomKind, Model, Pair};
 
 /// Finds all contacts, in MuJoCo's order: by body pair, then by geom pair.
 ///
+/// Where there are more than the scene may have (`pairs.most_contacts`) it keeps none, since some of them would be another
+/// scene, and counts that: a [`step`](crate::forward::step) is refused then.
+///
 /// Reads: `geom_xpos`, `geom_xmat`. Writes: `contacts` (all but the forces), `counts`.
 pub fn detect(model: &Model, data: &mut Data) {
     let Data { geom_xpos, geom_xmat, contacts, counts, detect: Scratch { hits, broad_phase }, .. } = data;
@@ -14,12 +17,19 @@ pub fn detect(model: &Model, data: &mut Data) {
     if !(model.opt.flags.contact && model.opt.flags.constraint) {
         return;
     }
-    let pairs = if model.pairs.swept.is_empty() { &model.pairs.listed } else { broad_phase.near(model, geom_xpos) };
-    for pair in pairs {
-        if !apart(pair, geom_xpos, geom_xmat) {
-            counts.pairs += 1;
-            collide(model, pair, geom_xpos, geom_xmat, hits, contacts);
+    let near =
+        if model.pairs.swept.is_empty() { Some(&model.pairs.listed) } else { broad_phase.near(model, geom_xpos) };
+    let touching = near.into_iter().flatten().filter(|pair| !apart(pair, geom_xpos, geom_xmat));
+    for pair in touching {
+        counts.pairs += 1;
+        collide(model, pair, geom_xpos, geom_xmat, hits, contacts);
+        if contacts.len() > model.pairs.most_contacts {
+            break;
         }
+    }
+    if near.is_none() || contacts.len() > model.pairs.most_contacts {
+        *contacts = Vec::new();
+        counts.crowded += 1;
     }
     counts.contacts += contacts.len();
 }

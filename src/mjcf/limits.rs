@@ -16,13 +16,23 @@ pub struct Limits {
     pub elements: usize,
     /// Names that elements have. 1,000,000.
     pub names: usize,
+    /// Contacts at one time, and pairs of geoms so near that they could touch. 1,000,000, whose rows take some 1 GB.
+    pub contacts: usize,
     /// Whether files outside the main file's folder may be included. No.
     pub outside: bool,
 }
 
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { depth: 200, includes: 1_000, bytes: 128 << 20, elements: 2_000_000, names: 1_000_000, outside: false }
+        Limits {
+            depth: 200,
+            includes: 1_000,
+            bytes: 128 << 20,
+            elements: 2_000_000,
+            names: 1_000_000,
+            contacts: 1_000_000,
+            outside: false,
+        }
     }
 }
 
@@ -33,7 +43,7 @@ impl Limits {
     /// Places in a file are 32-bit.
     pub const MOST_BYTES: usize = 1 << 30;
     /// What [`Limits::set`] knows.
-    pub const NAMES: [&str; 5] = ["depth", "includes", "bytes", "elements", "names"];
+    pub const NAMES: [&str; 6] = ["depth", "includes", "bytes", "elements", "names", "contacts"];
 
     /// Sets a limit by its name.
     ///
@@ -45,6 +55,7 @@ impl Limits {
             "bytes" => (&mut self.bytes, Self::MOST_BYTES),
             "elements" => (&mut self.elements, u32::MAX as usize),
             "names" => (&mut self.names, usize::MAX),
+            "contacts" => (&mut self.contacts, u32::MAX as usize),
             _ => return Err(format!("there is no limit `{name}`: there is {}", Self::NAMES.join(", "))),
         };
         if value > most {

@@ -31,7 +31,7 @@ fn method(law: &str, integrator: &str) -> Method {
 }
 
 fn only_touch(model: &Model) -> Touch {
-    let touches = explain::touches(model, &method("penalty", "semi-implicit-euler"));
+    let touches = explain::touches(model);
     assert_eq!(touches.len(), 1);
     touches[0].clone()
 }

@@ -65,7 +65,7 @@ impl Run {
 /// The spring that a law makes of a ball of 1 kg with this solref, and the one that MuJoCo does.
 fn springs(law: &'static Law, solref: &str) -> (Option<[Spring; 2]>, [Spring; 2]) {
     let run = Run::new(&ball("", &format!(r#"solref="{solref}""#), r#"size="0.1" mass="1""#), law, 2e-3);
-    let touch = explain::touches(&run.model, &run.method).swap_remove(0);
+    let touch = explain::touches(&run.model).swap_remove(0);
     let ask = Ask { model: &run.model, touch: &touch, timestep: 2e-3, slope: 0.0 };
     ((law.describe)(&ask).springs, touch.springs(&run.model, 2e-3))
 }

@@ -38,7 +38,7 @@ fn method(contact: &'static Law) -> Method {
 fn an_own_law_rests_where_its_record_and_where_the_measurement_say() {
     let model = ball();
     let own = method(&hunt_crossley::LAW);
-    let touch = explain::touches(&model, &own).swap_remove(0);
+    let touch = explain::touches(&model).swap_remove(0);
     let formulas = explain::meaning(&model, &own, &touch, 0.1).formulas;
     let silent = explain::meaning(&model, &method(&SILENT), &touch, 0.1);
     assert_eq!(silent.formulas, describe::Description::default());
@@ -66,7 +66,7 @@ fn an_own_laws_largest_timestep_is_measured_and_by_theory() {
     let model = ball();
     for contact in [&hunt_crossley::LAW, &SILENT] {
         let method = method(contact);
-        let touch = explain::touches(&model, &method).swap_remove(0);
+        let touch = explain::touches(&model).swap_remove(0);
         let measured = probe::largest_timestep(&model, &method, &touch).expect("a limit");
         let springs = theory::springs(&model, &method);
         assert_eq!(springs.len(), usize::from(contact.name != "silent"), "no spring is made up");
@@ -117,7 +117,7 @@ fn the_tutorial_laws_limit_is_that_of_a_damper_on_approach_only() {
     let mut compared = 0;
     for &integrator in integrate::ALL.iter().chain(&[&verlet::METHOD as &integrate::Integrator]) {
         let method = Method { integrator, ..method(contact::by_name("tutorial").expect("a law")) };
-        let touch = explain::touches(&model, &method).swap_remove(0);
+        let touch = explain::touches(&model).swap_remove(0);
         let spring = theory::springs(&model, &method).swap_remove(0);
         assert!(spring.approach_only);
         let Some(theory) = theory::limit(integrator, &spring) else { continue };

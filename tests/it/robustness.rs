@@ -82,6 +82,39 @@ fn one_budget_holds_for_a_scene_and_all_that_it_includes() {
     assert_eq!(penny_in(&folder, &["check", "main.xml", "--limit", "depth=501"]).status.code(), Some(2));
 }
 
+/// Also where a file is small: n balls in one place are n (n − 1)/2 contacts.
+#[test]
+fn contacts_have_a_budget_too() {
+    let folder = folder("crowd");
+    let heap = |balls: usize| {
+        let body = "<body><freejoint/><geom size='0.1'/></body>".repeat(balls);
+        format!("<mujoco><worldbody>{body}</worldbody></mujoco>")
+    };
+    // Few geoms, whose pairs are all listed, and many.
+    for balls in [20, 40] {
+        let pairs = balls * (balls - 1) / 2;
+        for (contacts, fits) in [(pairs, true), (pairs - 1, false)] {
+            let limits = Limits { contacts, ..Limits::default() };
+            let scene = penny::parse_within("heap.xml", &heap(balls), &limits).expect("a scene");
+            let method = penny::forward::Method::of(&scene.model);
+            let mut sim = penny::Simulation::new(scene.model, method);
+            match sim.step() {
+                Ok(()) => assert!(fits, "{balls} balls"),
+                Err(error) => assert!(!fits && error.to_string().contains(&format!("more than {contacts} contacts"))),
+            }
+        }
+    }
+    write(&folder.join("heap.xml"), &heap(13_000));
+    let begun = std::time::Instant::now();
+    for command in [&["check", "heap.xml", "--deny", "warnings"][..], &["heap.xml"], &["explain", "heap.xml"]] {
+        let output = penny_in(&folder, command);
+        let said = said(&output);
+        assert!(said.contains("more than 1000000 contacts"), "{command:?}: {said}");
+        assert_eq!(output.status.code(), Some(1), "{command:?}: {said}");
+    }
+    assert!(begun.elapsed().as_secs() < 60, "{:?}", begun.elapsed());
+}
+
 #[test]
 fn the_deepest_scene_fits_the_stack_of_a_thread() {
     let limits = Limits { depth: Limits::MOST_DEPTH, ..Limits::default() };

@@ -12,9 +12,7 @@ use super::format::count;
 use super::run::warnings::Overlap;
 use super::scene::LimitArgs;
 use penny::Scene;
-use penny::collision;
 use penny::data::Data;
-use penny::dynamics;
 use penny::mjcf::{self, Document, Fixed, Severity};
 use penny::model::Model;
 use penny::state::State;
@@ -136,8 +134,7 @@ fn write(document: &Document, all: &[Fixed]) -> Result<(), Failure> {
 fn doubts(model: &Model) -> Vec<String> {
     let mut list = super::doubts::of_scene(model);
     let (mut data, start) = (Data::for_poses(model), State::new(model));
-    dynamics::kinematics(model, &start.qpos, &mut data);
-    collision::detect(model, &mut data);
+    list.extend(super::doubts::find_contacts(model, &start, &mut data).err().map(|crowd| format!("warning: {crowd}")));
     list.extend(Overlap::find(model, &data.contacts).map(|overlap| overlap.warning(model)));
     let at = list.len();
     let mut places: Vec<(String, Vec<String>)> = Vec::new();

@@ -4,8 +4,10 @@
 use std::f64::consts::PI;
 
 use super::format::{short, si};
+use penny::collision;
 use penny::data::Data;
 use penny::dynamics;
+use penny::forward::StepError;
 use penny::model::{GeomKind, JointKind, Model};
 use penny::state::State;
 use penny_lab::explain;
@@ -29,6 +31,17 @@ pub fn of_scene(model: &Model) -> Vec<String> {
     list.extend(gravity(model));
     list.extend(masses(model));
     list
+}
+
+/// The contacts where a scene starts, in `data`, or a sentence: there are more than it may have, and no step can be taken.
+pub fn find_contacts(model: &Model, start: &State, data: &mut Data) -> Result<(), String> {
+    dynamics::kinematics(model, &start.qpos, data);
+    collision::detect(model, data);
+    let most = model.pairs.most_contacts;
+    match data.counts.crowded {
+        0 => Ok(()),
+        _ => Err(format!("no step can be taken: {}", StepError::Crowded { time: start.time, most })),
+    }
 }
 
 /// Joints that begin beyond their limits: the limit throws them back.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use self::overview::Limits;
 use super::Failure;
+use super::doubts;
 
 use super::format::{count, short, si, table};
 use super::scene::{self, LimitArgs, MethodArgs, OverrideArgs};
@@ -57,7 +58,9 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     println!("  {:<12} {}, {}, {}", "method", method.contact.name, method.integrator.name, si(method.timestep, "s"));
     let budget = || if args.all { Budget::unlimited() } else { Budget::seconds(0.3 * TRYING) };
     let start = State::new(&model);
-    let touches = touches(&model, &method);
+    doubts::find_contacts(&model, &start, &mut Data::for_poses(&model))
+        .map_err(|crowd| Failure::Problem(format!("error: {crowd}")))?;
+    let touches = touches(&model);
     let groups = group(&touches);
     let loads = loads::settle(&model, &method, &start, &budget());
     let mut limits = Limits::default();
@@ -668,7 +671,7 @@ mod tests {
         let integrator = integrate::by_name("Euler").expect("an integrator");
         let columns = [&tutorial::LAW, &SILENT].map(|contact| {
             let method = Method { contact, integrator, timestep: 1e-3, rounds: penny::forward::ROUNDS };
-            column(&model, &method, &touches(&model, &method)[0])
+            column(&model, &method, &touches(&model)[0])
         });
         // m g / k, not MuJoCo's 68 µm.
         assert_eq!((columns[0][7].as_str(), columns[1][7].as_str()), ("3.92 mm", "3.92 mm *"));

@@ -123,7 +123,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut recorder = Recorder::new(&model);
     let first = recorder.sample(&model, &state);
     let overlap = Overlap::find(&model, recorder.contacts());
-    let touches = explain::touches(&model, &method);
+    let touches = explain::touches(&model);
     let budget = Budget::seconds(TRYING);
     let (mut text, limit) = account(&args.scene, &model, &method, &state, steps, &touches, &budget);
     for [name, value] in chosen {
@@ -276,7 +276,7 @@ pub fn doubtful(model: &Model, method: &Method, state: &State) -> Vec<String> {
     let mut recorder = Recorder::new(model);
     recorder.sample(model, state);
     let overlap = Overlap::find(model, recorder.contacts());
-    let (touches, budget) = (explain::touches(model, method), Budget::seconds(TRYING));
+    let (touches, budget) = (explain::touches(model), Budget::seconds(TRYING));
     let limit = largest_timestep(model, method, &touches, &budget);
     let limit = limit.filter(|(limit, _)| *limit < explain::probe::LARGEST);
     let limit = safe(model, method, state, limit, &budget);
@@ -461,7 +461,7 @@ fn report(model: &Model, method: &Method, data: &Data, error: &Failed) -> String
         let [a, b] = contact.geom.map(|g| names::geom(model, g as usize));
         text += &format!("  its deepest contact: {a} – {b}, {} deep\n", si(-contact.dist, "m"));
     }
-    let touches = explain::touches(model, method);
+    let touches = explain::touches(model);
     text += &match largest_timestep(model, method, &touches, &Budget::seconds(TRYING)) {
         Some((limit, names)) if limit > 0.0 && limit < method.timestep.min(explain::probe::LARGEST) => format!(
             "  help: {names} is stable up to a timestep of {}, and this one is {}: try --timestep {:.1e}",

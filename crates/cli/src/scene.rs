@@ -30,7 +30,7 @@ const MIN_MU: f64 = 1e-5;
 #[derive(clap::Args, Clone, Default)]
 pub struct LimitArgs {
     /// Raise a limit of scenes, includes counted in: depth [default: 200], includes [1000], bytes [134217728],
-    /// elements [2000000] or names [1000000]
+    /// elements [2000000], names [1000000] or contacts [1000000]
     #[arg(long = "limit", value_name = "NAME=N", value_parser = limit, help_heading = "Reading")]
     limits: Vec<(String, usize)>,
     /// Read files outside the scene's folder, too, where a scene or a session names them

@@ -13,7 +13,7 @@ pub use penny::contact::describe::Touch;
 use penny::contact::describe::{Ask, Description};
 use penny::data::Data;
 use penny::dynamics;
-use penny::forward::{self, Method};
+use penny::forward::Method;
 use penny::math::{Mat3, Vec3, Vec6, mat};
 use penny::model::{Bound, GeomKind, Model, Pair};
 use penny::state::State;
@@ -49,11 +49,12 @@ pub fn depth_under(model: &Model, method: &Method, touch: &Touch, load: f64) -> 
 
 /// All pairs of a scene that are known in advance (a scene of very many geoms finds the others as it runs) and can give
 /// way along their normal: a contact that nothing yields to has no spring.
-pub fn touches(model: &Model, method: &Method) -> Vec<Touch> {
+pub fn touches(model: &Model) -> Vec<Touch> {
     let state = State::new(model);
     let mut data = Data::new(model);
-    // Brings poses and the factors of the inertia matrices to qpos0.
-    forward::forward(model, method, &state, &mut data);
+    // Poses and the factors of the inertia matrices at qpos0.
+    dynamics::kinematics(model, &state.qpos, &mut data);
+    dynamics::smooth(model, &state, &mut data);
     let touches = model.pairs.listed.iter().map(|pair| touch(model, &data, pair));
     touches.filter(|touch| touch.mass.is_finite()).collect()
 }

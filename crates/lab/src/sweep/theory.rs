@@ -176,7 +176,7 @@ pub fn limit(integrator: &Integrator, spring: &Spring) -> Option<f64> {
 /// The springs of a scene's joints, and of its contacts at rest as far as the law has a formula for them.
 pub fn springs(model: &Model, method: &Method) -> Vec<Spring> {
     let mut found = joint_springs(model);
-    for touch in explain::touches(model, method) {
+    for touch in explain::touches(model) {
         let name = |g: usize| names::geom(model, g);
         let ask = Ask { model, touch: &touch, timestep: method.timestep, slope: 0.0 };
         let description = (method.contact.describe)(&ask);
