@@ -1,6 +1,7 @@
 //! Which trees influence one another through constraints, and the constraints of each island.
 
 use super::disjoint_sets::DisjointSets;
+use super::free_bodies::FreeBodies;
 use super::ties;
 use crate::data::Data;
 use crate::model::Model;
@@ -201,12 +202,13 @@ impl Islands {
         self.contacts.of(group).is_empty() && self.joints.of(group).is_empty() && self.ties.of(group).is_empty()
     }
 
-    /// The contacts of an island that is one tree, where nothing else acts.
+    /// An island of free bodies, where nothing acts but contacts.
     #[inline]
-    pub fn of_one_tree(&self, group: usize) -> Option<&[usize]> {
-        let one = self.joints.of(group).is_empty() && self.ties.of(group).is_empty();
-        let one = one && self.trees.of(group).len() == 1;
-        one.then(|| self.contacts.of(group))
+    pub fn free_bodies(&self, model: &Model, group: usize) -> Option<FreeBodies<'_>> {
+        let trees = self.trees.of(group);
+        let alone = self.joints.of(group).is_empty() && self.ties.of(group).is_empty();
+        let free = alone && trees.iter().all(|&t| model.trees[t].free.is_some());
+        free.then(|| FreeBodies { trees, contacts: self.contacts.of(group) })
     }
 
     /// Trees, contacts and joint rows of an island: indices into the model's trees and into `data`.

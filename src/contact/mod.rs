@@ -15,7 +15,7 @@
 //! | `impedance`, `per_mix`, `constants` | what `solref` and `solimp` mean |
 //! | `cost`, `curvature`, `newton` | convex problems in the accelerations, and Newton's method for them |
 //! | `block_factor`, `six` | linear systems: of blocks that trees share, and of six unknowns |
-//! | `single_body` | one free body without rows, where a law tries the last step's solution |
+//! | `free_bodies` | free bodies without rows, where a law tries the last step's solution |
 //! | `tangent` | forces at known accelerations and their derivatives, for implicit steps |
 //! | `pointwise` | for laws that are a formula for one contact point |
 //! | `describe` | what a law says of itself to `explain` and `compare` |
@@ -45,6 +45,7 @@ mod cost;
 mod curvature;
 pub mod describe;
 mod disjoint_sets;
+mod free_bodies;
 pub mod impedance;
 pub mod island;
 mod islands;
@@ -55,7 +56,6 @@ pub mod penalty;
 mod per_mix;
 pub mod pointwise;
 mod rows;
-mod single_body;
 mod six;
 pub mod tangent;
 pub(crate) mod ties;
@@ -63,10 +63,11 @@ pub mod tutorial;
 mod unit_mass;
 
 use crate::data::{Contact, Data, Outcome, Scratchpad};
-use crate::math::{Vec3, Vec6};
+use crate::math::Vec3;
 use crate::model::{Mix, Model};
 use crate::state::{Start, State};
 use describe::{Ask, Description, Unlike};
+use free_bodies::{FreeBodies, Room};
 use island::Island;
 use islands::Islands;
 
@@ -91,7 +92,7 @@ pub struct Law {
     /// Writes cone and bias of each constraint, if the forces depend on accelerations: then they are
     /// f = −∂s/∂x at x = J a + bias. `None`: `solve` finds the forces from positions and velocities alone.
     pub pose: Option<fn(&Task, &mut Scratchpad, &mut Island)>,
-    /// A faster way to the same forces for one free body against what never moves; see [`Shortcut`].
+    /// A faster way to the same forces for free bodies; see [`Shortcut`].
     pub shortcut: Option<Shortcut>,
     /// Coefficients of friction that it uses for a mix: two sliding (1), spinning (m), two rolling (m).
     pub friction: fn(&Model, &Mix) -> [f64; 5],
@@ -101,9 +102,9 @@ pub struct Law {
     pub unlike: Option<Unlike>,
 }
 
-/// Finds the forces of a free body's contacts with what never moves, its acceleration (of its mover) and the residual that is
-/// left, or says that it cannot: then the general way is taken. In: the tree, and its contacts.
-pub type Shortcut = fn(&Task, &mut Scratchpad, usize, &[usize], &mut [Contact]) -> Option<(Vec6, f64)>;
+/// Finds the forces of an island of free bodies and their accelerations (into the room, of their movers), and returns the residual
+/// that is left, or says that it cannot: then the general way is taken.
+pub type Shortcut = fn(&Task, &mut Scratchpad, &FreeBodies, &mut [Contact], &mut Room) -> Option<f64>;
 
 /// What contact laws need to know of how a step is taken.
 #[derive(Clone, Copy)]
@@ -159,6 +160,7 @@ pub fn by_name(name: &str) -> Option<&'static Law> {
 pub struct Scratch {
     islands: Islands,
     island: Island,
+    room: Room,
     own: Scratchpad,
 }
 
@@ -177,6 +179,7 @@ impl Scratch {
         let mut scratch = Scratch::default();
         let (ties, numbers) = (data.plan.most_ties(model), data.plan.equality_numbers + 3 * data.plan.tendon_numbers);
         scratch.islands.reserve(model, contacts, joints, ties);
+        scratch.room.reserve(model, contacts);
         // Rows of a tree are padded, to six numbers at least.
         scratch.island.reserve(model, &data.plan.pattern, contacts, joints, ties, 6 * numbers);
         scratch
@@ -211,7 +214,7 @@ fn constrain_with(
         state.recall(model, data);
     }
     let mut pad = std::mem::take(&mut data.scratch);
-    let Scratch { islands, island, own } = Scratch::of(&mut pad, model, data);
+    let Scratch { islands, island, room, own } = Scratch::of(&mut pad, model, data);
     // Sweeps end where an island improves no more: without islands, where all together do not.
     if model.opt.noslip_iterations > 0 && !model.opt.flags.island {
         islands.find_one(model, data);
@@ -223,8 +226,8 @@ fn constrain_with(
             continue;
         }
         // An island has the number of its lowest tree.
-        if let (Some(shortcut), Some(contacts)) = (law.shortcut, islands.of_one_tree(group))
-            && take(shortcut, model, settings, state, data, own, group, contacts)
+        if let (Some(shortcut), Some(bodies)) = (law.shortcut, islands.free_bodies(model, group))
+            && take(shortcut, model, settings, state, data, own, &bodies, room)
         {
             continue;
         }
@@ -253,7 +256,7 @@ fn find_rows(model: &Model, settings: &Settings, state: &State, data: &mut Data)
     }
 }
 
-/// Takes a law's shortcut for one tree, if it is a free body; says whether that was possible.
+/// Takes a law's shortcut for free bodies; says whether that was possible.
 fn take(
     shortcut: Shortcut,
     model: &Model,
@@ -261,20 +264,24 @@ fn take(
     state: &State,
     data: &mut Data,
     own: &mut Scratchpad,
-    t: usize,
-    which: &[usize],
+    bodies: &FreeBodies,
+    room: &mut Room,
 ) -> bool {
-    let tree = &model.trees[t];
-    let Some(free) = &tree.free else { return false };
     let mut contacts = std::mem::take(&mut data.contacts);
-    let found = shortcut(&Task { model, settings, state, data }, own, t, which, &mut contacts);
+    let found = shortcut(&Task { model, settings, state, data }, own, bodies, &mut contacts, room);
     data.contacts = contacts;
-    let Some((a, residual)) = found else { return false };
+    let Some(residual) = found else { return false };
     data.solver.residual = data.solver.residual.max(residual);
-    let smooth = data.movers[tree.bodies.start].acc;
-    data.counts.rows += which.iter().map(|&c| model.mixes[data.contacts[c].mix as usize].condim).sum::<usize>();
-    let change = a - smooth;
-    unit_mass::finish_free(free, data.plan.aligned[t], tree, data, &a.into(), &change.into());
+    let rows = |&c: &usize| model.mixes[data.contacts[c].mix as usize].condim;
+    data.counts.rows += bodies.contacts.iter().map(rows).sum::<usize>();
+    for &t in bodies.trees {
+        let tree = &model.trees[t];
+        if let Some(free) = &tree.free {
+            let a = room.acceleration[t];
+            let change = a - data.movers[tree.bodies.start].acc;
+            unit_mass::finish_free(free, data.plan.aligned[t], tree, data, &a.into(), &change.into());
+        }
+    }
     true
 }
 

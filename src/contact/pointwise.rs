@@ -1,8 +1,9 @@
 //! Laws in which each contact point pushes by itself: depth and rates in, force out.
 //!
-//! Such a law needs no more than a formula; [`solve`] does the rest of [`super::Law::solve`] for it, [`solve_alone`] of
+//! Such a law needs no more than a formula; [`solve`] does the rest of [`super::Law::solve`] for it, [`solve_free`] of
 //! [`super::Law::shortcut`].
 
+use super::free_bodies::{FreeBodies, Room};
 use super::island::{Island, Source};
 use super::{Lever, Task};
 use crate::data::{Contact, Outcome};
@@ -40,45 +41,61 @@ pub fn solve(task: &Task, island: &mut Island, force: impl Fn(&Point) -> [f64; 6
     island.push_forces()
 }
 
-/// [`solve`] for one free body and its contacts with what never moves, for [`super::Law::shortcut`]: Newton and Euler, without
-/// rows.
+/// [`solve`] for free bodies, for [`super::Law::shortcut`]: Newton and Euler, without rows ([`super::free_bodies`]).
 ///
-///     v_p = σ (v + ω × r, ω),     M⁻¹ Jᵀ (f, τ) = σ (Σ f/m, W Σ (r × f + τ))        as in [`super::single_body`]
+///     v_p = Σ σ (v + ω × r, ω),     M⁻¹ Jᵀ (f, τ) = σ (Σ f/m, W Σ (r × f + τ))        over the one or two that move
 ///
-/// Worth it: nanoseconds a step with rows and without, sphere 304 and 212, box 488 and 326. Out: the acceleration of the mover. Writes: the contacts' forces.
-pub fn solve_alone(
+/// Worth it: nanoseconds a step with rows and without, sphere 304 and 212, box 488 and 326. Writes: the contacts' forces, and
+/// the accelerations of the movers.
+pub fn solve_free(
     task: &Task,
-    tree: usize,
-    which: &[usize],
+    bodies: &FreeBodies,
     contacts: &mut [Contact],
+    room: &mut Room,
     force: impl Fn(&Point) -> [f64; 6],
-) -> Vec6 {
+) {
     let Task { model, settings, data, .. } = *task;
-    let root = model.trees[tree].bodies.start;
-    let mover = &data.movers[root];
-    let (v, w) = (lin(&mover.vel), mover.axes * ang(&mover.vel));
-    let (mut total, mut torque) = (Vec3::zeros(), Vec3::zeros());
-    for &c in which {
+    let mover = |t: usize| &data.movers[model.trees[t].bodies.start];
+    bodies.trees.iter().for_each(|&t| room.pushed[t] = Vec6::zeros());
+    for &c in bodies.contacts {
         let c = &mut contacts[c];
         let dim = model.mixes[c.mix as usize].condim;
-        let sign = if c.body[1] as usize == root { 1.0 } else { -1.0 };
-        let mut arm = c.pos - mover.com;
-        if settings.law.lever == Lever::Surface {
-            arm += c.frame.row(0).transpose() * (0.5 * sign * c.dist);
+        let trees = c.body.map(|b| model.bodies[b as usize].tree);
+        let at_surface = settings.law.lever == Lever::Surface && trees.iter().any(Option::is_none);
+        let arm = |side: usize, t: usize| {
+            let sign = if side == 1 { 1.0 } else { -1.0 };
+            let mut arm = c.pos - mover(t).com;
+            if at_surface {
+                arm += c.frame.row(0).transpose() * (0.5 * sign * c.dist);
+            }
+            (sign, arm)
+        };
+        let mut velocity = [0.0; 6];
+        for (side, t) in trees.iter().enumerate().filter_map(|(side, t)| Some((side, (*t)?))) {
+            let (sign, arm) = arm(side, t);
+            let (v, w) = (lin(&mover(t).vel), mover(t).axes * ang(&mover(t).vel));
+            let slip = c.frame * (v + w.cross(&arm)) * sign;
+            let turn = if dim > 3 { c.frame * w * sign } else { Vec3::zeros() };
+            (0..3).for_each(|k| (velocity[k], velocity[3 + k]) = (velocity[k] + slip[k], velocity[3 + k] + turn[k]));
         }
-        let slip = c.frame * (v + w.cross(&arm)) * sign;
-        let turn = if dim > 3 { c.frame * w * sign } else { Vec3::zeros() };
-        let mut velocity = [slip.x, slip.y, slip.z, turn.x, turn.y, turn.z];
         velocity[dim..].fill(0.0);
-        c.force = at(task, c, dim, velocity, &force);
-        let f = c.frame.tr_mul(&vec3(&c.force)) * sign;
-        total += f;
-        torque += arm.cross(&f);
-        if dim > 3 {
-            torque += c.frame.tr_mul(&vec3(&c.force[3..])) * sign;
+        let own = at(task, c, dim, velocity, &force);
+        for (side, t) in trees.iter().enumerate().filter_map(|(side, t)| Some((side, (*t)?))) {
+            let (sign, arm) = arm(side, t);
+            let f = c.frame.tr_mul(&vec3(&own)) * sign;
+            let mut torque = arm.cross(&f);
+            if dim > 3 {
+                torque += c.frame.tr_mul(&vec3(&own[3..])) * sign;
+            }
+            room.pushed[t] += join(&f, &torque);
         }
+        c.force = own;
     }
-    mover.acc + join(&total, &mover.axes.tr_mul(&torque)).component_mul(&mover.minv)
+    for &t in bodies.trees {
+        let (force, mover) = (room.pushed[t], mover(t));
+        let turned = join(&lin(&force), &mover.axes.tr_mul(&ang(&force)));
+        room.acceleration[t] = mover.acc + turned.component_mul(&mover.minv);
+    }
 }
 
 /// The force of one contact of `dim` rows, none where it does not touch.

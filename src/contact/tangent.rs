@@ -45,7 +45,7 @@ pub fn constrain_at(model: &Model, settings: &Settings, state: &State, a: &[f64]
         return;
     }
     let mut pad = std::mem::take(&mut data.scratch);
-    let Scratch { islands, island, own } = Scratch::of(&mut pad, model, data);
+    let Scratch { islands, island, own, .. } = Scratch::of(&mut pad, model, data);
     islands.find(model, data);
     for group in 0..model.trees.len() {
         let (_, contacts, joints) = islands.group(group);
@@ -80,7 +80,7 @@ pub fn tangent(model: &Model, settings: &Settings, state: &State, a: &[f64], dat
     blocks.clear();
     starts.push(0);
     let mut pad = std::mem::take(&mut data.scratch);
-    let Scratch { islands, island, own } = Scratch::of(&mut pad, model, data);
+    let Scratch { islands, island, own, .. } = Scratch::of(&mut pad, model, data);
     islands.find(model, data);
     for group in 0..model.trees.len() {
         let (members, contacts, joints) = islands.group(group);

@@ -48,10 +48,11 @@ pub static LAW: Law = Law {
     lever: Lever::Surface,
     solve,
     pose: None,
-    shortcut: Some(|task, own, tree, which, contacts| {
+    shortcut: Some(|task, own, bodies, contacts, room| {
         let formulas = own.get::<PerMix<Formula>>().of(task, Formula::new);
         let force = |point: &Point| formulas[point.contact.mix as usize].force(point);
-        Some((pointwise::solve_alone(task, tree, which, contacts, force), 0.0))
+        pointwise::solve_free(task, bodies, contacts, room, force);
+        Some(0.0)
     }),
     friction,
     describe,

@@ -37,11 +37,11 @@ pub static LAW: Law = Law {
     lever: Lever::Midpoint,
     solve,
     pose: Some(pose),
-    shortcut: Some(|task, own, tree, which, contacts| {
+    shortcut: Some(|task, own, bodies, contacts, room| {
         if task.model.opt.noslip_iterations > 0 {
             return None;
         }
-        steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
+        steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), bodies, contacts, room)
     }),
     friction: |_, mix| mix.friction,
     describe,

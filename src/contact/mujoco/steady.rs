@@ -1,70 +1,144 @@
-//! The last step's acceleration, tried on one free body against things that never move: mostly it is still good enough.
+//! The last step's acceleration, tried on free bodies: mostly it is still good enough.
 //!
 //! It is what [`newton::minimise`](crate::contact::newton::minimise) does with a warm start, found without rows and without a
-//! matrix ([`crate::contact::single_body`]). What it does not accept is solved the general way; a test compares the two. Worth
+//! matrix ([`crate::contact::free_bodies`]). What it does not accept is solved the general way; a test compares the two. Worth
 //! it (times MuJoCo's speed with it and without): a sphere that rolls 9.2 and 6.5, a box at rest 7.5 and 4.9, a T at rest 7.4
 //! and 4.6.
 
 use super::{Coefficients, stop};
 use crate::contact::cost::{Cone, Kind};
+use crate::contact::free_bodies::{FreeBodies, Room, Sides};
 use crate::contact::mujoco::coefficients::inverse_mass;
-use crate::contact::single_body::{SingleBody, alike};
-use crate::contact::{Lever, Task, unit_mass};
+use crate::contact::{Task, unit_mass};
 use crate::data::Contact;
 use crate::math::{Vec3, Vec6};
 
-/// The acceleration of the body's mover, if it was good enough, and the residual. Writes the contacts' forces.
-///
-/// In: the tree's contacts that push; all in one frame and of one mix, under an explicit integrator.
+/// Whether the last step's accelerations are good enough: then they are in the room, and this is the residual. Writes the
+/// contacts' forces.
 pub fn steady(
     task: &Task,
     coefficients: &[Coefficients],
-    tree: usize,
-    which: &[usize],
+    bodies: &FreeBodies,
     contacts: &mut [Contact],
-) -> Option<(Vec6, f64)> {
-    let (mix, stop) = (contacts[which[0]].mix as usize, stop(task.model));
-    let never = !stop.warm || stop.tolerance == 0.0 || task.model.opt.flags.diagexact || task.settings.implicit;
-    if never || !alike(which, contacts) {
+    room: &mut Room,
+) -> Option<f64> {
+    let Task { model, settings, .. } = *task;
+    let stop = stop(model);
+    if !stop.warm || stop.tolerance == 0.0 || model.opt.flags.diagexact || settings.implicit {
         return None;
     }
-    match task.model.mixes[mix].condim {
-        1 => tried::<1>(task, &coefficients[mix], stop.tolerance, tree, which, contacts),
-        3 => tried::<3>(task, &coefficients[mix], stop.tolerance, tree, which, contacts),
-        4 => tried::<4>(task, &coefficients[mix], stop.tolerance, tree, which, contacts),
-        _ => tried::<6>(task, &coefficients[mix], stop.tolerance, tree, which, contacts),
+    let Room { acceleration, pushed, .. } = room;
+    let mut gradient = Gradient::default();
+    if let Some(t) = bodies.single(contacts) {
+        let guess = last(task, t)?;
+        let mut only = Vec6::zeros();
+        push(task, coefficients, bodies.contacts, contacts, |_| &guess, |_, a| only = a);
+        gradient.add(task, t, &guess, &only)?;
+        acceleration[t] = guess;
+        return gradient.residual(stop.tolerance);
+    }
+    for &t in bodies.trees {
+        acceleration[t] = last(task, t)?;
+        pushed[t] = Vec6::zeros();
+    }
+    let mut rest = bodies.contacts;
+    while !rest.is_empty() {
+        let which = FreeBodies::manifold(rest, contacts);
+        rest = &rest[which.len()..];
+        push(task, coefficients, which, contacts, |t| &acceleration[t], |t, a| pushed[t] += a);
+    }
+    for &t in bodies.trees {
+        gradient.add(task, t, &acceleration[t], &pushed[t])?;
+    }
+    gradient.residual(stop.tolerance)
+}
+
+/// The last step's acceleration, of the mover.
+fn last(task: &Task, t: usize) -> Option<Vec6> {
+    let tree = &task.model.trees[t];
+    let guess = &task.state.qacc_warmstart[tree.dofs.clone()];
+    Some(unit_mass::acceleration_of_mover(t, tree.free.as_ref()?, tree, task.data, guess).into())
+}
+
+/// The gradient M (a − a₀) − Jᵀ f.
+#[derive(Default)]
+struct Gradient {
+    /// Trace of M, kg.
+    trace: f64,
+    /// Its square as a force, and in coordinates of unit mass.
+    square: f64,
+    unit: f64,
+}
+
+impl Gradient {
+    /// Adds a body with its acceleration a and with M⁻¹ Jᵀ f.
+    #[inline(always)]
+    fn add(&mut self, task: &Task, t: usize, a: &Vec6, pushed: &Vec6) -> Option<()> {
+        let tree = &task.model.trees[t];
+        let free = tree.free.as_ref()?;
+        let mass = Vec6::new(free.mass, free.mass, free.mass, free.inertia.x, free.inertia.y, free.inertia.z);
+        let off = a - task.data.movers[tree.bodies.start].acc - pushed;
+        let gradient = off.component_mul(&mass);
+        self.trace += mass.sum();
+        self.square += gradient.norm_squared();
+        self.unit += gradient.dot(&off);
+        Some(())
+    }
+
+    /// The residual, if it is within the tolerance.
+    #[inline(always)]
+    fn residual(&self, tolerance: f64) -> Option<f64> {
+        let scale = 1.0 / self.trace;
+        let residual = scale * self.square.sqrt();
+        (residual < tolerance && 0.5 * scale * self.unit < tolerance).then_some(residual)
     }
 }
 
-/// [`steady`] for contacts of DIM rows.
-fn tried<const DIM: usize>(
+/// Finds the forces of a manifold of contacts at the accelerations of its bodies, and adds what they do.
+#[inline(always)]
+fn push<'a>(
     task: &Task,
-    own: &Coefficients,
-    tolerance: f64,
-    t: usize,
+    coefficients: &[Coefficients],
     which: &[usize],
     contacts: &mut [Contact],
-) -> Option<(Vec6, f64)> {
-    let Task { model, data, state, .. } = *task;
-    let tree = &model.trees[t];
-    let free = tree.free.as_ref()?;
-    let root = tree.bodies.start;
-    let mover = &data.movers[root];
-    let guess =
-        Vec6::from(unit_mass::acceleration_of_mover(t, free, tree, data, &state.qacc_warmstart[tree.dofs.clone()]));
-    let body = SingleBody::new::<DIM>(mover, root, &contacts[which[0]], Lever::Midpoint);
-    let (vel, acc) = (body.motion(&mover.vel), body.motion(&guess));
+    acceleration: impl Fn(usize) -> &'a Vec6,
+    add: impl FnMut(usize, Vec6),
+) {
+    let mix = contacts[which[0]].mix as usize;
+    let own = &coefficients[mix];
+    match task.model.mixes[mix].condim {
+        1 => push_rows::<1>(task, own, which, contacts, acceleration, add),
+        3 => push_rows::<3>(task, own, which, contacts, acceleration, add),
+        4 => push_rows::<4>(task, own, which, contacts, acceleration, add),
+        _ => push_rows::<6>(task, own, which, contacts, acceleration, add),
+    }
+}
 
-    // What the contacts' forces at that acceleration do together.
-    let (mut cone, mut bias) = (Cone { dim: DIM, ..Cone::default() }, [0.0; 6]);
-    let mut x = [0.0; 10];
-    let (mut total, mut torque) = (Vec3::zeros(), Vec3::zeros());
+/// [`push`] for contacts of DIM rows.
+fn push_rows<'a, const DIM: usize>(
+    task: &Task,
+    own: &Coefficients,
+    which: &[usize],
+    contacts: &mut [Contact],
+    acceleration: impl Fn(usize) -> &'a Vec6,
+    mut add: impl FnMut(usize, Vec6),
+) {
+    let Sides { one, other } = Sides::new::<DIM>(task, &contacts[which[0]]);
+    let [vel, acc] = [one.motion(&one.mover.vel), one.motion(acceleration(one.tree))];
+    let other_motions = other.as_ref().map(|o| [o.motion(&o.mover.vel), o.motion(acceleration(o.tree))]);
+    let (mut cone, mut bias, mut x) = (Cone { dim: DIM, ..Cone::default() }, [0.0; 6], [0.0; 10]);
+    let (mut total, mut torque, mut other_torque) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
     for &c in which {
         let c = &mut contacts[c];
-        let arm = body.arm(c);
-        let v = vel.along(&arm);
-        own.fill(c.dist, inverse_mass(model, c), &v, &mut cone, &mut bias);
-        let a = acc.along(&arm);
+        let arm = one.arm(c);
+        let (mut v, mut a) = (vel.along(&arm), acc.along(&arm));
+        let mut other_arm = Vec3::zeros();
+        if let (Some(other), Some([vel, acc])) = (&other, &other_motions) {
+            other_arm = other.arm(c);
+            let (more_v, more_a) = (vel.along(&other_arm), acc.along(&other_arm));
+            (0..6).for_each(|k| (v[k], a[k]) = (v[k] + more_v[k], a[k] + more_a[k]));
+        }
+        own.fill(c.dist, inverse_mass(task.model, c), &v, &mut cone, &mut bias);
         cone.spread(&std::array::from_fn(|k| a[k] + bias[k]), &mut x);
         // They are found anew where they are not accepted.
         let force = &mut c.force;
@@ -74,19 +148,15 @@ fn tried<const DIM: usize>(
         } else {
             cone.cost(&x, force);
         }
-        let f = Vec3::new(force[0], force[1], force[2]);
+        let (f, about) = (Vec3::new(force[0], force[1], force[2]), Vec3::new(force[3], force[4], force[5]));
         total += f;
-        torque += arm.cross(&f) + Vec3::new(force[3], force[4], force[5]);
+        torque += arm.cross(&f) + about;
+        if other.is_some() {
+            other_torque += other_arm.cross(&f) + about;
+        }
     }
-
-    // The gradient M (a − a₀) − Jᵀ f, as a force, and its square in coordinates of unit mass.
-    let mass = Vec6::new(free.mass, free.mass, free.mass, free.inertia.x, free.inertia.y, free.inertia.z);
-    let off = guess - mover.acc - body.acceleration(&total, &torque);
-    let gradient = off.component_mul(&mass);
-    let scale = 1.0 / mass.sum();
-    let residual = scale * gradient.norm();
-    if !(residual < tolerance && 0.5 * scale * gradient.dot(&off) < tolerance) {
-        return None;
+    add(one.tree, one.acceleration(&total, &torque));
+    if let Some(other) = &other {
+        add(other.tree, other.acceleration(&total, &other_torque));
     }
-    Some((guess, residual))
 }

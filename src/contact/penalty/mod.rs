@@ -84,8 +84,8 @@ pub static LAW: Law = Law {
     lever: Lever::Surface,
     solve,
     pose: Some(pose),
-    shortcut: Some(|task, own, tree, which, contacts| {
-        steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), tree, which, contacts)
+    shortcut: Some(|task, own, bodies, contacts, room| {
+        steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), bodies, contacts, room)
     }),
     friction: |_, mix| mix.friction,
     describe: |ask| Description {
