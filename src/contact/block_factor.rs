@@ -448,19 +448,30 @@ fn subtract_vector(u: &[f64], x: &mut [f64], y: &[f64]) {
 
 /// C = C − Aᵀ B with A n × ni, B n × nj; the slices begin with them.
 fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], n: usize, [ni, nj]: [usize; 2]) {
-    #[inline(always)]
-    fn kernel(c: &mut [f64], a: &[f64], b: &[f64], n: usize, ni: usize, nj: usize) {
-        let (c, a, b) = (&mut c[..ni * nj], &a[..n * ni], &b[..n * nj]);
-        for k in 0..n {
-            for i in 0..ni {
-                let factor = a[k * ni + i];
-                for j in 0..nj {
-                    c[i * nj + j] -= factor * b[k * nj + j];
+    /// Two free bodies, most of the work in a pile: two rows at a time stay in registers.
+    fn six(c: &mut [[f64; 6]], a: &[[f64; 6]], b: &[[f64; 6]]) {
+        for i in [0, 2, 4] {
+            let mut rows = [c[i], c[i + 1]];
+            for (a, b) in a[..6].iter().zip(&b[..6]) {
+                for (row, factor) in rows.iter_mut().zip([a[i], a[i + 1]]) {
+                    (0..6).for_each(|j| row[j] -= factor * b[j]);
                 }
+            }
+            [c[i], c[i + 1]] = rows;
+        }
+    }
+    if [n, ni, nj] == [6, 6, 6] {
+        return six(c[..36].as_chunks_mut().0, a[..36].as_chunks().0, b[..36].as_chunks().0);
+    }
+    let (c, a, b) = (&mut c[..ni * nj], &a[..n * ni], &b[..n * nj]);
+    for k in 0..n {
+        for i in 0..ni {
+            let factor = a[k * ni + i];
+            for j in 0..nj {
+                c[i * nj + j] -= factor * b[k * nj + j];
             }
         }
     }
-    if [n, ni, nj] == [6, 6, 6] { kernel(c, a, b, 6, 6, 6) } else { kernel(c, a, b, n, ni, nj) }
 }
 
 #[cfg(test)]
