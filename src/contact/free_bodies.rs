@@ -109,35 +109,28 @@ impl Motion {
     }
 }
 
-/// The bodies of a manifold that move.
-pub struct Sides<'a> {
-    /// One of them, or the only one.
-    pub one: Side<'a>,
-    /// The other, if it moves, too.
-    pub other: Option<Side<'a>>,
+/// The one body of a manifold that moves, or one of two. In: a contact of it, of `DIM` rows.
+#[inline(always)]
+pub fn first<'a, const DIM: usize>(task: &Task<'a>, contact: &Contact) -> Side<'a> {
+    let [first, second] = contact.body.map(|body| task.model.bodies[body as usize].tree);
+    let at_surface = task.settings.law.lever == Lever::Surface && (first.is_none() || second.is_none());
+    // What acts in an island has a tree.
+    let (side, tree) = first.map_or((1, second.unwrap_or(0)), |first| (0, first));
+    Side::new(task, &frame::<DIM>(contact), side, tree, at_surface)
 }
 
-impl<'a> Sides<'a> {
-    /// In: a contact of the manifold, of `DIM` rows.
-    #[inline(always)]
-    pub fn new<const DIM: usize>(task: &Task<'a>, contact: &Contact) -> Sides<'a> {
-        let [first, second] = contact.body.map(|body| task.model.bodies[body as usize].tree);
-        // A frictionless contact comes without tangents.
-        let frame =
-            if DIM > 1 { contact.frame } else { collision::frame(&contact.frame.row(0).transpose(), &Vec3::zeros()) };
-        let at_surface = task.settings.law.lever == Lever::Surface && (first.is_none() || second.is_none());
-        // What acts in an island has a tree.
-        let (side, tree) = first.map_or((1, second.unwrap_or(0)), |first| (0, first));
-        let one = Side::new(task, &frame, side, tree, at_surface);
-        let other = if side == 0 { second } else { None };
-        Sides { one, other: other.map(|tree| Side::new(task, &frame, 1, tree, at_surface)) }
-    }
+/// The other body that moves, if two do.
+#[inline(always)]
+pub fn second<'a, const DIM: usize>(task: &Task<'a>, contact: &Contact) -> Option<Side<'a>> {
+    let [first, second] = contact.body.map(|body| task.model.bodies[body as usize].tree);
+    let (_, tree) = first.zip(second)?;
+    Some(Side::new(task, &frame::<DIM>(contact), 1, tree, false))
+}
 
-    /// Both, or the one.
-    #[inline(always)]
-    pub fn iter(&self) -> impl Iterator<Item = &Side<'a>> {
-        std::iter::once(&self.one).chain(&self.other)
-    }
+/// A frictionless contact comes without tangents.
+#[inline(always)]
+fn frame<const DIM: usize>(contact: &Contact) -> Mat3 {
+    if DIM > 1 { contact.frame } else { collision::frame(&contact.frame.row(0).transpose(), &Vec3::zeros()) }
 }
 
 impl<'a> Side<'a> {
