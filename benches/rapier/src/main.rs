@@ -55,7 +55,8 @@ const TIMES: usize = 5;
 
 fn main() -> anyhow::Result<()> {
     let files: Vec<String> = std::env::args().skip(1).collect();
-    let cases = if files.is_empty() { scenes::all()? } else { files.iter().map(|f| read(f)).collect::<Result<_, _>>()? };
+    let cases =
+        if files.is_empty() { scenes::all()? } else { files.iter().map(|f| read(f)).collect::<Result<_, _>>()? };
     println!("| scene | law | Penny | rapier | times its speed | Penny: speed, depth | rapier: speed, depth |");
     println!("|---|---|---|---|---|---|---|");
     for case in &cases {
