@@ -249,6 +249,7 @@ const OF_RUNS: &[OfRuns] = &[
         ".1",
         "floor and ball overlap by 50 mm",
     ),
+    ("no step can be taken", &["check", "--limit", "contacts=@"], CRATE, "3", "4", "there are more than 3 contacts"),
     (
         "the energy grew from",
         &["run", "--time", "3", "--integrator", "@", "--qpos", "2"],

@@ -134,7 +134,9 @@ fn write(document: &Document, all: &[Fixed]) -> Result<(), Failure> {
 fn doubts(model: &Model) -> Vec<String> {
     let mut list = super::doubts::of_scene(model);
     let (mut data, start) = (Data::for_poses(model), State::new(model));
-    list.extend(super::doubts::find_contacts(model, &start, &mut data).err().map(|crowd| format!("warning: {crowd}")));
+    if let Err(crowd) = super::doubts::find_contacts(model, &start, &mut data) {
+        list.push(format!("warning: no step can be taken: {crowd}"));
+    }
     list.extend(Overlap::find(model, &data.contacts).map(|overlap| overlap.warning(model)));
     let at = list.len();
     let mut places: Vec<(String, Vec<String>)> = Vec::new();

@@ -33,14 +33,16 @@ pub fn of_scene(model: &Model) -> Vec<String> {
     list
 }
 
-/// The contacts where a scene starts, in `data`, or a sentence: there are more than it may have, and no step can be taken.
-pub fn find_contacts(model: &Model, start: &State, data: &mut Data) -> Result<(), String> {
+/// The contacts where a scene starts, in `data`.
+///
+/// Errors: there are more than it may have, and no step can be taken.
+pub fn find_contacts(model: &Model, start: &State, data: &mut Data) -> Result<(), StepError> {
     dynamics::kinematics(model, &start.qpos, data);
     collision::detect(model, data);
     let most = model.pairs.most_contacts;
     match data.counts.crowded {
         0 => Ok(()),
-        _ => Err(format!("no step can be taken: {}", StepError::Crowded { time: start.time, most })),
+        _ => Err(StepError::Crowded { time: start.time, most }),
     }
 }
 

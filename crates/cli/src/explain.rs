@@ -59,7 +59,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     let budget = || if args.all { Budget::unlimited() } else { Budget::seconds(0.3 * TRYING) };
     let start = State::new(&model);
     doubts::find_contacts(&model, &start, &mut Data::for_poses(&model))
-        .map_err(|crowd| Failure::Problem(format!("error: {crowd}")))?;
+        .map_err(|crowd| Failure::Problem(format!("error: no step can be taken: {crowd}")))?;
     let touches = touches(&model);
     let groups = group(&touches);
     let loads = loads::settle(&model, &method, &start, &budget());
