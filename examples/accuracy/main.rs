@@ -138,9 +138,8 @@ fn figures(lines: &[Line], orders: &str) -> String {
     text += &rejected(lines);
     text += orders;
     text += "\n### Every search\n\n\"error\" is the distance from the truth, \"promised\" the estimate; \"run\", \"search\" and \
-             \"fixed steps\" are\nevaluations, the search with the run that it chose. –: no fixed steps are cheaper than the \
-             search. \"two runs\" and\n\"ladder\" are the cheapest proofs, by one who knows the two runs to compare, or the \
-             integrator, beforehand; four times the\nfixed steps: none was found that is cheaper than that.\n\n";
+             \"fixed steps\" are\nevaluations, the search with the run that it chose. –: no fixed steps are cheaper than the search. \"two runs\" and\n\"ladder\" are \
+             the cheapest proofs, by one who knows the two runs to compare, or the integrator, beforehand.\n\n";
     text += "| scene | law | wanted m | time s | error m | promised m | by | run | search | fixed steps | two runs | ladder |\n\
              |---|---|---|---|---|---|---|---|---|---|---|---|\n";
     for line in lines {
