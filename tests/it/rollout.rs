@@ -135,14 +135,10 @@ fn each_world_has_the_accuracy_that_is_wanted_by_a_method_of_its_own() {
         text.lines().skip(1).map(numbers).collect()
     };
     let (coarse, fine) = (last("1e-3"), last("1e-5"));
-    let mut beyond = 0;
     for (coarse, fine) in coarse.iter().zip(&fine) {
         let apart = coarse.iter().zip(fine).map(|(a, b): (&f64, &f64)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(apart > 0.0 && apart <= 2e-3, "{coarse:?} {fine:?}");
-        beyond += usize::from(apart > 1e-3);
+        assert!(apart > 0.0 && apart <= 1e-3, "{coarse:?} {fine:?}");
     }
-    // Estimates of runs that touch may be too small: 1.24 times in one of these worlds.
-    assert!(beyond <= 1, "{coarse:?} {fine:?}");
 }
 
 /// The same cells as CSV, bit for bit, empty ones as nulls; worlds that diverge and methods of an accuracy among them.

@@ -34,8 +34,6 @@ pub struct Rung {
     pub smooth: bool,
     /// From the rung before, m; none for the first, and where one of the two ended early.
     difference: Option<f64>,
-    /// What it errs by runs of fixed steps that are several times as long, m; see `FAR`.
-    far: f64,
 }
 
 impl Rung {
@@ -92,53 +90,35 @@ pub struct Promise {
 }
 
 /// How wrong an estimate may be: where something touches, and where the motion is smooth.
-const MARGIN: [f64; 2] = [1.25, 1.1];
+const MARGIN: [f64; 2] = [2.0, 1.25];
 /// The next knob is aimed at this part of the tolerance, so that the run after it is seldom needed.
-const AIM: [f64; 2] = [0.95 / MARGIN[0], 0.95 / MARGIN[1]];
+const AIM: [f64; 2] = [0.8 / MARGIN[0], 0.9 / MARGIN[1]];
 /// A finer knob is this much finer at least and at most: of timesteps, and of tolerances.
 const FINER: [[f64; 2]; 2] = [[1.5, 4.0], [4.0, 100.0]];
 /// The second run of controlled steps takes about this many times the effort of the first.
 const EFFORT: f64 = 2.2;
-/// Its tolerance is this many times what is wanted: where something touches, where the motion is smooth, and where it is but
-/// something is stiff, so that stability keeps steps short and errors are small.
-const FIRST: [f64; 3] = [0.75, 0.3, 2.0];
+/// Its tolerance is this many times what is wanted: a run's error is mostly smaller than its tolerance.
+const FIRST: f64 = 2.0;
 /// The first run has no larger one than this part of the largest body's reach: that would be blind.
 const COARSE: f64 = 0.1;
 /// The order that is assumed where two runs are all there is, the first of timesteps and the second of tolerances.
-const UNSEEN: [[f64; 2]; 2] = [[0.5, 0.3], [1.0, 0.75]];
+const UNSEEN: [[f64; 2]; 2] = [[0.5, 0.3], [1.0, 0.8]];
 /// Of fixed steps where something touches: they may come nearer sooner than they promise.
 const DOUBLE: f64 = 2.0;
-/// The first of fixed steps, in samples; the second have half of that, and the third an eighth.
-const FEW: f64 = 8.0;
+/// The first of fixed steps, in samples.
+const FEW: f64 = 2.0;
 /// Where the first fixed steps that do not diverge are short, they are compared with steps this many times as long.
 const NEAR: f64 = 4.0 / 3.0;
-/// So many of the first runs may be too coarse to come nearer to one another.
-const BLIND: usize = 5;
 /// An order below this is none: the runs do not converge.
 const NONE: f64 = 0.25;
 /// Controlled runs may come nearer to one another while their tolerance is larger, m.
 const FINE: f64 = 1e-12;
 /// Of smooth motion finer steps have at least this, whatever coarse ones showed.
 const EXPECTED: f64 = 0.8;
-/// No higher order is believed where contacts begin and end, for there runs may agree by accident, and seem to be of any order;
-/// nor of tolerances.
-const MOST_ORDER: [f64; 2] = [1.0, 0.9];
-/// What a run promises may have this order where things touch: what comes to rest is forgotten.
-const FORGOTTEN: f64 = 4.0;
-/// Fixed steps so many times as long, in a run that is no farther off than things are large, err as many times as much.
-const FAR: std::ops::Range<f64> = 3.5..8.5;
-/// Where things touch this is so while there are so many steps a sample at most. Longer runs may agree by accident: they err
-/// this part at least of what runs with steps twice as long tell.
-const SHORT: usize = 4;
-const LONG: f64 = 0.5;
+/// No higher order is believed where contacts begin and end: there runs may agree by accident, and seem to be of any order.
+const MOST_ORDER: f64 = 1.0;
 /// Two controlled runs that agree may miss a landing alike: neither errs less than this part of its tolerance.
 const FLOOR: f64 = 1.0;
-
-/// Of the largest body, m.
-fn reach(case: &Case) -> f64 {
-    let bodies = case.model.bodies.iter().filter(|b| b.tree.is_some());
-    bodies.map(|b| extent(&case.model, b)).fold(0.0, f64::max)
-}
 
 impl<'c> Ladder<'c> {
     pub fn new(integrator: &'static Integrator, controlled: bool) -> Ladder<'c> {
@@ -155,11 +135,6 @@ impl<'c> Ladder<'c> {
         self.rungs.is_empty() && self.paused.is_none()
     }
 
-    /// Whether the first run reached the end.
-    pub fn begins_whole(&self) -> bool {
-        self.rungs.first().is_some_and(Rung::whole)
-    }
-
     /// Whether a run reached the end.
     pub fn any_whole(&self) -> bool {
         self.rungs.iter().any(Rung::whole)
@@ -172,20 +147,17 @@ impl<'c> Ladder<'c> {
 
     /// How much finer the second run is.
     fn apart(&self) -> f64 {
-        match self.rungs.last() {
-            _ if self.controlled => EFFORT.powi(i32::from(self.integrator.order)),
-            Some(last) if last.stride > 1 && last.stride < FEW as usize => last.stride as f64,
-            _ => DOUBLE,
-        }
+        if self.controlled { EFFORT.powi(i32::from(self.integrator.order)) } else { 2.0 }
     }
 
-    /// The first knob; of controlled steps where the motion is smooth, and where something is stiff.
-    pub fn first(&self, case: &Case, tolerance: f64, [smooth, stiff]: [bool; 2]) -> f64 {
+    /// The first knob.
+    pub fn first(&self, case: &Case, tolerance: f64) -> f64 {
         if !self.controlled {
             return case.seconds / SAMPLES as f64 * FEW;
         }
-        let part = FIRST[usize::from(smooth) + usize::from(smooth && stiff)];
-        (part * self.apart() * tolerance).min(COARSE * reach(case))
+        let bodies = case.model.bodies.iter().filter(|b| b.tree.is_some());
+        let reach = bodies.map(|b| extent(&case.model, b)).fold(0.0, f64::max);
+        (FIRST * self.apart() * tolerance).min(COARSE * reach)
     }
 
     /// Whether a run and the one before it are smooth.
@@ -194,17 +166,12 @@ impl<'c> Ladder<'c> {
         both.is_some_and(|both| both.iter().all(|r| r.smooth))
     }
 
-    /// The order that is believed of the last three runs up to one.
+    /// The order that the last three runs up to one show.
     fn order(&self, rung: usize) -> Option<f64> {
-        let believed = MOST_ORDER[usize::from(self.controlled)];
-        let most = if self.smooth(rung) && !self.controlled { f64::from(self.integrator.order) } else { believed };
-        Some(self.shown(rung)?.clamp(NONE, most))
-    }
-
-    /// The order that they show.
-    fn shown(&self, rung: usize) -> Option<f64> {
         let [.., first, before, last] = &self.rungs[..=rung] else { return None };
-        Some((before.difference? / last.difference?).ln() / (first.knob / before.knob).ln())
+        let shown = (before.difference? / last.difference?).ln() / (first.knob / before.knob).ln();
+        let most = if self.smooth(rung) && !self.controlled { f64::from(self.integrator.order) } else { MOST_ORDER };
+        Some(shown.clamp(NONE, most))
     }
 
     /// The error of a run by those of its own ladder.
@@ -217,9 +184,7 @@ impl<'c> Ladder<'c> {
             let order = self.order(k).unwrap_or(UNSEEN[smooth][usize::from(self.controlled)]);
             let apart = last.difference?;
             let error = apart / ((before.knob / last.knob).powf(order) - 1.0);
-            let floor = if self.controlled && smooth == 0 { FLOOR * last.knob } else { 0.0 };
-            let least = if smooth == 1 || last.steps <= SHORT * SAMPLES { 0.0 } else { LONG * error };
-            let error = error.min(last.far.max(least)).max(floor);
+            let error = if self.controlled && smooth == 0 { error.max(FLOOR * last.knob) } else { error };
             Some([apart, error, MARGIN[smooth] * error])
         };
         let none = Bound { error: f64::INFINITY, most: f64::INFINITY };
@@ -275,23 +240,17 @@ impl<'c> Ladder<'c> {
             return Some(Promise { cost: whole - effort + next, knob: paused.knob });
         }
         let last = self.rungs.last()?;
-        let finer = FINER[usize::from(self.controlled)];
+        let [least, most] = FINER[usize::from(self.controlled)];
         // The first controlled run is told from the others by their errors, not by its own.
         if !last.whole() || !error.is_finite() || self.controlled && self.rungs.len() == 1 {
             return self.second();
         }
         let k = self.rungs.len() - 1;
-        let touching = !self.controlled && !self.smooth(k);
-        let [least, most] = if touching { [DOUBLE; 2] } else { finer };
+        let most = if self.controlled || self.smooth(k) { most } else { DOUBLE };
         // The difference of two runs of first order is what the finer one errs.
         let error = if self.controlled { error } else { last.difference.map_or(error, |apart| error.min(apart)) };
-        // Runs that are farther apart than things are large tell nothing.
-        let error = if touching { error.min(reach(case)) } else { error };
         let least_order = if self.smooth(k) { EXPECTED } else { NONE };
-        let order = match self.shown(k) {
-            Some(shown) if touching => shown.clamp(1.0, FORGOTTEN),
-            _ => self.order(k).unwrap_or(1.0).max(least_order),
-        };
+        let order = self.order(k).unwrap_or(1.0).max(least_order);
         let wanted = (error / (AIM[usize::from(self.smooth(k))] * tolerance)).powf(1.0 / order).max(least);
         // Too far to arrive: but a finer run tells until when there is agreement.
         let cost = self.finer(wanted).map_or(f64::INFINITY, |promise| promise.cost);
@@ -343,19 +302,10 @@ impl<'c> Ladder<'c> {
             let before = k.checked_sub(1).map(|before| &self.rungs[before]);
             self.rungs[k].difference = before.and_then(|before| before.distance(case, &self.rungs[k]));
         }
-        for k in k..self.rungs.len() {
-            let last = &self.rungs[k];
-            let coarse = self.rungs[..k].iter().filter(|r| !self.controlled && FAR.contains(&(r.knob / last.knob)));
-            let far = coarse.filter_map(|rung| {
-                let apart = rung.distance(case, last).filter(|apart| *apart <= reach(case))?;
-                Some(apart / (rung.knob / last.knob - 1.0))
-            });
-            self.rungs[k].far = far.fold(f64::INFINITY, f64::min);
-        }
         let k = self.rungs.len() - 1;
         // Once may be an accident, and large tolerances blind.
         let fine = !self.controlled || self.rungs[k].knob <= FINE;
-        self.stuck |= k > BLIND && fine && [k - 1, k].iter().all(|k| self.order(*k).is_some_and(|order| order <= NONE));
+        self.stuck |= k > 3 && fine && [k - 1, k].iter().all(|k| self.order(*k).is_some_and(|order| order <= NONE));
     }
 
     /// One of the runs as what is chosen.
@@ -396,8 +346,8 @@ fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) 
     let (timestep, planned) = (method.timestep, (each * SAMPLES / stride) as f64);
     smooth &= ends_free(case, method, &state, &mut data);
     evaluations += 1;
-    let (knob, effort, difference, end, far) = (timestep, None, None, state, f64::INFINITY);
-    Rung { knob, samples, evaluations, stride, timestep, steps, planned, effort, end, smooth, difference, far }
+    let (knob, effort, difference, end) = (timestep, None, None, state);
+    Rung { knob, samples, evaluations, stride, timestep, steps, planned, effort, end, smooth, difference }
 }
 
 impl<'c> Paused<'c> {
@@ -443,8 +393,8 @@ impl<'c> Paused<'c> {
         let effort = run.effort();
         let smooth = smooth && ends_free(case, method, &end, &mut Data::new(&case.model));
         let (timestep, steps, planned) = (method.timestep, effort.steps + effort.rejected, 0.0);
-        let (effort, difference, far) = (Some(effort), None, f64::INFINITY);
-        Rung { knob, samples, evaluations, stride: 1, timestep, steps, planned, effort, end, smooth, difference, far }
+        let (effort, difference) = (Some(effort), None);
+        Rung { knob, samples, evaluations, stride: 1, timestep, steps, planned, effort, end, smooth, difference }
     }
 }
 

@@ -95,15 +95,11 @@ impl fmt::Display for Refusal {
 const CHEAP: f64 = 4.0;
 /// Where nothing is known of fixed steps they are reckoned to take this many times the next run.
 const UNKNOWN: f64 = 4.0;
-/// No controlled steps are tried while the first ladder promises to arrive by this many times what was spent: where something
-/// touches, and where the motion is smooth.
-const SOON: [f64; 2] = [32.0, 4.0];
-/// Implicit controlled steps are not tried while others promise to arrive by this many times what was spent.
-const DEAR: f64 = 16.0;
-/// The beginning of a run of controlled steps, which tells its cost, may take this part of what was spent, or so many evaluations:
-/// where something touches, and where the motion is smooth.
-const FORETASTE: f64 = 0.25;
-const TASTE: [f64; 2] = [32.0, 48.0];
+/// No controlled steps are tried while the first ladder promises to arrive by this many times what was spent.
+const SOON: f64 = 4.0;
+/// The beginning of a run of controlled steps, which tells its cost, may take this part of what was spent, or one evaluation a
+/// sample.
+const FORETASTE: f64 = 0.5;
 /// A run that takes this many times what was promised is given up.
 const OVERRUN: f64 = 4.0;
 /// A run of more evaluations is not tried.
@@ -172,15 +168,11 @@ impl Search<'_> {
 
     /// The next ladder to climb, its knob, and the evaluations that the run may take.
     fn next(&self) -> Option<(usize, f64, usize)> {
-        let (fixed, spent) = (&self.ladders[0], self.trial as f64);
         let most = |cost: f64| cost.min(MOST_EVALUATIONS as f64) as usize;
-        let kind = [fixed.rungs.last().is_some_and(|last| last.smooth), !fixed.begins_whole()];
-        let first = |i: usize, cost: f64| {
-            let knob = self.ladders[i].first(self.case, self.tolerance, kind);
-            Some((i, knob, most(cost)))
-        };
+        let first = |i: usize, cost: f64| Some((i, self.ladders[i].first(self.case, self.tolerance), most(cost)));
         let climb = |(i, promise): (usize, ladder::Promise)| Some((i, promise.knob, most(OVERRUN * promise.cost)));
         let unbegun = |i: &usize| self.ladders[*i].unbegun() && self.ladders[*i].may_begin();
+        let (fixed, spent) = (&self.ladders[0], self.trial as f64);
         // Two runs of fixed steps, or until they do not diverge.
         if unbegun(&0) {
             return first(0, f64::INFINITY);
@@ -195,16 +187,12 @@ impl Search<'_> {
         let mut all: Vec<(usize, ladder::Promise)> = (0..self.ladders.len()).filter_map(promise).collect();
         all.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let cost = all.first().map_or(f64::INFINITY, |(_, promise)| promise.cost);
-        let smooth = kind[0];
-        if cost <= SOON[usize::from(smooth)] * spent.max(SAMPLES as f64) && self.untried() {
+        if cost <= SOON * spent && self.untried() {
             return climb(*all.first()?);
         }
-        // The beginning of a run of controlled steps tells its cost. The implicit ones are tried where all others are dear.
-        let dear = || all.first().is_none_or(|(best, promise)| *best == 0 && promise.cost > DEAR * spent);
-        if let Some(i) =
-            (1..self.ladders.len()).find(|i| unbegun(i) && (!self.ladders[*i].integrator.implicit || dear()))
-        {
-            return first(i, (FORETASTE * spent).max(TASTE[usize::from(smooth)]));
+        // The beginning of a run of controlled steps tells its cost.
+        if let Some(i) = (1..self.ladders.len()).rev().find(unbegun) {
+            return first(i, (FORETASTE * spent).max(SAMPLES as f64));
         }
         let (i, promise) = *all.first()?;
         if i == 0 {
@@ -212,6 +200,7 @@ impl Search<'_> {
         }
         // Where things touch, fixed steps may come nearer sooner than they promise, and controlled ones later: each takes
         // as much as the other did.
+        let smooth = fixed.rungs.last().is_some_and(|last| last.smooth);
         let taken: f64 = fixed.rungs.iter().map(|r| r.evaluations as f64).sum();
         let double = fixed.double().filter(|double| double.cost <= 2.0 * (spent - taken));
         if let (false, Some(double)) = (smooth, double) {
