@@ -79,9 +79,11 @@ impl Simulation {
 
     /// Brings poses, contacts, forces, accelerations and sensors up to the state; nothing moves.
     ///
-    /// A state whose lists have wrong lengths is left alone: the next step says so.
+    /// A state whose lists have wrong lengths is left alone: the next step says so. Of more contacts than the scene may have none is
+    /// kept, which `data().counts.crowded` tells, and the next step.
     pub fn forward(&mut self) {
         if self.state.suits(&self.model).is_ok() {
+            self.data.counts.crowded = 0;
             forward::forward(&self.model, &self.method, &self.state, &mut self.data);
             sensors::sense(&self.model, self.method.contact, &self.state, &mut self.data);
         }

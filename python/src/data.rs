@@ -81,6 +81,7 @@ impl Core {
     pub fn forward(&mut self) {
         let Core { model, method, state, at, data, inverted, .. } = self;
         *inverted = false;
+        data.counts.crowded = 0;
         at.copy_from(state);
         forward::forward(model, method, state, data);
         sensors::sense(model, method.contact, state, data);

@@ -94,7 +94,8 @@ pub fn mj_forward(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult
     data.pull(py, &mut m.borrow_mut())?;
     data.core.forward();
     data.fresh(py);
-    Ok(())
+    // Of more contacts than the scene may have none is kept.
+    if data.core.data.counts.crowded > 0 { data.warn(py) } else { Ok(()) }
 }
 
 /// Inverse dynamics: the forces that accelerations `d.qacc` need at the state, into `d.qfrc_inverse`.

@@ -448,7 +448,8 @@ fn subtract_vector(u: &[f64], x: &mut [f64], y: &[f64]) {
 
 /// C = C − Aᵀ B with A n × ni, B n × nj; the slices begin with them.
 fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], n: usize, [ni, nj]: [usize; 2]) {
-    /// Two free bodies, most of the work in a pile: two rows at a time stay in registers.
+    /// Two free bodies, most of the work in a pile: two rows at a time stay in registers, which takes 0.79 of the instructions of
+    /// one row after the other (a pile of 100; three at a time 0.80).
     fn six(c: &mut [[f64; 6]], a: &[[f64; 6]], b: &[[f64; 6]]) {
         for i in [0, 2, 4] {
             let mut rows = [c[i], c[i + 1]];

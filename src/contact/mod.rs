@@ -45,7 +45,7 @@ mod cost;
 mod curvature;
 pub mod describe;
 mod disjoint_sets;
-mod free_bodies;
+pub mod free_bodies;
 pub mod impedance;
 pub mod island;
 mod islands;

@@ -37,6 +37,7 @@ pub fn of_scene(model: &Model) -> Vec<String> {
 ///
 /// Errors: there are more than it may have, and no step can be taken.
 pub fn find_contacts(model: &Model, start: &State, data: &mut Data) -> Result<(), StepError> {
+    dynamics::mocap(model, start, data);
     dynamics::kinematics(model, &start.qpos, data);
     collision::detect(model, data);
     let most = model.pairs.most_contacts;

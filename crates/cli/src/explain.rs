@@ -7,7 +7,6 @@ use std::path::PathBuf;
 use self::overview::Limits;
 use super::Failure;
 use super::doubts;
-
 use super::format::{count, short, si, table};
 use super::scene::{self, LimitArgs, MethodArgs, OverrideArgs};
 use penny::collision::exact;

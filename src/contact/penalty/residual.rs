@@ -57,8 +57,8 @@ pub fn misfit(island: &mut Island) -> f64 {
     }
 }
 
-/// What a residual is measured by, m/s²: what the normal force does, and more than the rounding of v/h, of a_ref and of J a₀: bodies that touch
-/// without a force have none to compare with.
+/// What a residual is measured by, m/s²: what the normal force does, and more than the rounding of v/h, of a_ref and of J a₀:
+/// bodies that touch without a force have none to compare with.
 fn size(c: &Constraint) -> f64 {
     let pushed = match c.cone.kind {
         Kind::TwoSided => (0..c.cone.dim).fold(0.0, |most: f64, k| most.max(c.inverse[k / 3] * c.force[k].abs())),
@@ -67,11 +67,14 @@ fn size(c: &Constraint) -> f64 {
     pushed.max(1e-4 * c.bias[..c.cone.dim].iter().chain(&c.smooth[..c.cone.dim]).fold(0.0, |m, b| b.abs().max(m)))
 }
 
-/// Lets forces that were taken as they were go part of the way to what their formulas ask for (Jacobi's method, damped for
-/// eight contacts on a body): else an error within the tolerance would stay, and grow beyond it in a later step.
+/// Part of the way that [`relax`] goes: Jacobi's method converges for eight contacts on a body that all act alike.
+pub const RELAXED: f64 = 1.0 / 8.0;
+
+/// Lets forces that were taken as they were go part of the way to what their formulas ask for (Jacobi's method): else an error
+/// within the tolerance would stay, and grow beyond it in a later step.
 pub fn relax(constraints: &mut [Constraint]) {
     for c in constraints {
-        (0..c.cone.dim).for_each(|k| c.force[k] += 0.125 * c.change[k]);
+        (0..c.cone.dim).for_each(|k| c.force[k] += RELAXED * c.change[k]);
     }
 }
 

@@ -10,6 +10,7 @@
 
 use std::array::from_fn;
 
+use super::residual::RELAXED;
 use super::{Coefficients, SLIP, TOLERANCE};
 use crate::contact::Task;
 use crate::contact::free_bodies::{FreeBodies, Motion, Room, Side, first, second};
@@ -100,13 +101,14 @@ fn of_many(
     }
     let residual = misfit.residual()?;
     for (&c, change) in bodies.contacts.iter().zip(&room.change) {
-        (0..6).for_each(|k| contacts[c].force[k] += 0.125 * change[k]);
+        (0..6).for_each(|k| contacts[c].force[k] += RELAXED * change[k]);
     }
     Some(residual)
 }
 
 /// From here on the other contacts are not looked at: none of them does so much more that this could be within the tolerance. Only
-/// work depends on it.
+/// work depends on it: a stack of ten that settles takes 60.5 instead of 64.0 million instructions for 200 steps, a falling pile of
+/// 100 the same within 0.1 %.
 const HOPELESS: f64 = 1e5 * TOLERANCE;
 
 /// The bodies of a manifold that move.

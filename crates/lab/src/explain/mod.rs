@@ -53,6 +53,7 @@ pub fn touches(model: &Model) -> Vec<Touch> {
     let state = State::new(model);
     let mut data = Data::new(model);
     // Poses and the factors of the inertia matrices at qpos0.
+    dynamics::mocap(model, &state, &mut data);
     dynamics::kinematics(model, &state.qpos, &mut data);
     dynamics::smooth(model, &state, &mut data);
     let touches = model.pairs.listed.iter().map(|pair| touch(model, &data, pair));
