@@ -473,6 +473,49 @@ fn bench_measures_the_times_it_is_asked_for() {
     }
 }
 
+/// In place of valgrind stands a program that runs the child and says that it took 1000 instructions and 7 for each step and each
+/// method before it.
+#[test]
+fn bench_counts_instructions_where_valgrind_is() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("counts");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let valgrind = folder.join("valgrind");
+    let script = r#"#!/bin/sh
+shift 2
+"$@" >&2 || exit 1
+for last in "$@"; do :; done
+echo "==1== Collected : $((1000 + (7 + ${last%:*}) * ${last#*:}))" >&2
+"#;
+    std::fs::write(&valgrind, script).expect("a file");
+    std::fs::set_permissions(&valgrind, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("a program");
+    let bench = |path: &std::ffi::OsStr| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+        command.args([
+            "bench",
+            "models/point_mass.xml",
+            "--contact",
+            "tutorial",
+            "--instructions",
+            "--window",
+            "0..0.1",
+        ]);
+        command.env("PATH", path).current_dir(crate::ROOT).output().expect("penny starts")
+    };
+    let path = std::env::join_paths([folder.clone(), "/bin".into(), "/usr/bin".into()]).expect("a path");
+    let counted = bench(&path);
+    let text = String::from_utf8_lossy(&counted.stdout);
+    for (i, integrator) in penny::integrate::ALL.iter().enumerate() {
+        let row =
+            text.lines().find(|l| l.contains(&format!(" {} ", integrator.name))).unwrap_or_else(|| panic!("{text}"));
+        // law, integrator, time and its unit, instructions
+        let cells: Vec<&str> = row.split_whitespace().collect();
+        assert_eq!(cells[4], (7 + i).to_string(), "{row}");
+    }
+    let missing = bench("/nowhere".as_ref());
+    assert_has(&String::from_utf8_lossy(&missing.stderr), &["needs valgrind", "apt install valgrind"]);
+    assert_eq!(missing.status.code(), Some(1));
+}
+
 /// Trees with joints and free bodies in one island, with the diagonal of J M⁻¹ Jᵀ computed anew at every contact.
 #[test]
 fn the_mujoco_law_does_not_allocate_in_the_steps_of_an_island_of_many_trees() {

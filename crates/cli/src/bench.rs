@@ -4,7 +4,8 @@
 //! that state again and again; the median of the batches counts. `--window 0..2` measures the first two seconds instead:
 //! what a step costs depends on what touches, and two engines need not touch alike. With `--against mujoco` every batch is followed by
 //! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine. `--worlds 1024` measures so many copies of the scene
-//! in one batch on all cores, beside MuJoCo's `rollout` on as many threads.
+//! in one batch on all cores, beside MuJoCo's `rollout` on as many threads. `--instructions` counts what the processor does, which
+//! is the same however busy the machine is.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -22,7 +23,10 @@ use penny::forward::{Method, step};
 use penny::model::Model;
 use penny::state::State;
 
+mod instructions;
 mod scenes;
+
+use instructions::Counted;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -41,6 +45,12 @@ pub struct Args {
     /// Threads for --worlds [default: all cores]
     #[arg(long, value_name = "N", value_parser = scene::at_least_one, requires = "worlds")]
     threads: Option<usize>,
+    /// Count the instructions of a step, too, by valgrind: about a hundred times as slow as to time it
+    #[arg(long, conflicts_with = "worlds")]
+    instructions: bool,
+    /// What it calls itself with under valgrind: take these steps and say nothing
+    #[arg(long, hide = true, value_name = "METHOD:STEPS")]
+    counted: Option<Counted>,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -106,6 +116,10 @@ struct Measured {
     /// Medians, ns a step.
     ours: f64,
     theirs: Option<f64>,
+    /// Of a batch.
+    steps: usize,
+    /// A step.
+    instructions: Option<f64>,
     contacts: usize,
     /// Memory allocations in a whole batch of steps.
     allocations: usize,
@@ -114,6 +128,9 @@ struct Measured {
 }
 
 pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
+    if let Some(counted) = args.counted {
+        return take(args, counted);
+    }
     if cfg!(debug_assertions) {
         eprintln!("note: this is a development build; cargo run --release -- bench measures the real speed\n");
     }
@@ -125,8 +142,12 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
     if let Ok(style) = ProgressStyle::with_template("  {wide_bar} {pos} of {len} methods, {eta} to go") {
         bar.set_style(style);
     }
+    let mut number = 0;
     for case in cases {
         let mut heading = vec!["law", "integrator", "step"];
+        if args.instructions {
+            heading.push("instructions");
+        }
         if mujoco.is_some() {
             heading.extend(["MuJoCo", "times its speed"]);
         }
@@ -137,11 +158,17 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
                 let method = Method { contact, integrator, ..args.method.method(&case.model)? };
                 let mut row = vec![contact.name.to_owned(), integrator.name.to_owned()];
                 row.extend(match measure(&case, &method, args.window, crowd.as_ref(), mujoco.as_mut(), allocations)? {
-                    Outcome::Measured(measured) => cells(&measured),
+                    Outcome::Measured(mut measured) => {
+                        if args.instructions {
+                            measured.instructions = Some(instructions::per_step(number, measured.steps)?);
+                        }
+                        cells(&measured)
+                    }
                     Outcome::Diverges => vec!["diverges".to_owned()],
                     Outcome::TooSlow(ns) => vec![format!("about {}", si(ns * 1e-9, "s"))],
                 });
                 rows.push(row);
+                number += 1;
                 bar.inc(1);
             }
         }
@@ -162,11 +189,35 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
 
 fn cells(m: &Measured) -> Vec<String> {
     let mut cells = vec![si(m.ours * 1e-9, "s")];
+    cells.extend(m.instructions.map(|n| format!("{n:.0}")));
     if let Some(theirs) = m.theirs {
         cells.extend([si(theirs * 1e-9, "s"), short(theirs / m.ours)]);
     }
     cells.extend([m.contacts.to_string(), m.allocations.to_string(), format!("{:016x}", m.hash)]);
     cells
+}
+
+/// Takes the steps that are counted.
+fn take(args: &Args, counted: Counted) -> Result<(), Failure> {
+    let (laws, integrators) = (args.method.laws(), args.method.integrators());
+    let (case, method) =
+        (counted.method / (laws.len() * integrators.len()), counted.method % (laws.len() * integrators.len()));
+    let Some(case) = cases(args)?.into_iter().nth(case) else { return Ok(()) };
+    let (contact, integrator) = (laws[method / integrators.len()], integrators[method % integrators.len()]);
+    let method = Method { contact, integrator, ..args.method.method(&case.model)? };
+    let (mut state, mut data) = (case.start, Data::new(&case.model));
+    let steps = warm_up(&method, args.window) + counted.steps;
+    let taken = (0..steps).try_for_each(|_| step(&case.model, &method, &mut state, &mut data));
+    taken.map_err(|e| Failure::Problem(format!("error: {e}")))
+}
+
+/// Steps to the state that is measured from.
+fn warm_up(method: &Method, window: Option<Window>) -> usize {
+    steps_to(method, window.map_or(WARM_UP, |w| w.from))
+}
+
+fn steps_to(method: &Method, time: f64) -> usize {
+    (time / method.timestep).round() as usize
 }
 
 fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
@@ -226,8 +277,7 @@ fn measure(
         outcome.ok().map(|()| before.elapsed())
     };
 
-    let steps_to = |time: f64| (time / method.timestep).round() as usize;
-    let warm_up = steps_to(window.map_or(WARM_UP, |w| w.from));
+    let warm_up = warm_up(method, window);
     let Some(pace) = advance(&mut state, TRIAL) else { return Ok(Outcome::Diverges) };
     if pace > PATIENCE {
         return Ok(Outcome::TooSlow(pace.as_nanos() as f64 / TRIAL as f64));
@@ -236,7 +286,7 @@ fn measure(
     let Some(pace) = advance(&mut state, warm_up) else { return Ok(Outcome::Diverges) };
     let kept = state.clone();
     let steps = match window {
-        Some(window) => (steps_to(window.to) - warm_up).max(1),
+        Some(window) => (steps_to(method, window.to) - warm_up).max(1),
         None => {
             let (time, worlds, least) = crowd.map_or((BATCH, 1, 10), |crowd| (CROWD_BATCH, crowd.worlds, 1));
             let steps = time.as_secs_f64() / (pace.as_secs_f64() / warm_up.max(1) as f64 * worlds as f64);
@@ -286,6 +336,8 @@ fn measure(
     Ok(Outcome::Measured(Measured {
         ours: median(ours),
         theirs: (!theirs.is_empty()).then(|| median(theirs)),
+        steps,
+        instructions: None,
         contacts,
         allocations: allocated,
         hash: hash(&kept),
