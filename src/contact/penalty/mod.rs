@@ -35,7 +35,7 @@
 //! 1. [`semismooth::follow`]: on the pieces of the equations that the last step's forces are on (who pushes, who sticks or
 //!    slips) they are linear, but for friction that turns. One linear system solves them, and one more for each piece that ends
 //!    on the way from the last step to this one.
-//! 2. [`semismooth::solve`]: Newton's method, which converges quadratically where friction turns.
+//! 2. [`semismooth::descend`]: Newton's method, which converges quadratically where friction turns.
 //! 3. [`interior`]: an interior-point method, from no forces.
 //!
 //! [`Method::rounds`](crate::method::Method::rounds) bounds the linear systems; the residual that is left is in
@@ -159,12 +159,8 @@ fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
         if !implicit {
             outcome = semismooth::follow(task, island, FOLLOW.min(rounds));
             if outcome.residual > TOLERANCE {
-                outcome = outcome.then(semismooth::solve(
-                    task,
-                    island,
-                    outcome.residual,
-                    MOST.min(rounds - outcome.iterations),
-                ));
+                let most = DESCEND.min(rounds - outcome.iterations);
+                outcome = outcome.then(semismooth::descend(task, island, outcome.residual, most));
             }
         }
         if outcome.residual > TOLERANCE && outcome.iterations < rounds {
@@ -194,8 +190,13 @@ pub fn solve_as_defined(task: &Task, own: &mut Scratchpad, island: &mut Island) 
     outcome
 }
 
-/// Steps in a row of Newton's method on the equations themselves: it is quadratic or of no use.
+/// Steps in a row of Newton's method on the way of the interior-point method: it is quadratic or of no use.
 const MOST: usize = 4;
+
+/// Steps of Newton's method at most, where it begins with the last step's forces. In 500 steps of a falling heap of 30 shapes 12
+/// leave 334 of 6,834 islands to the interior-point method, 25 leave 255 and save 4 % of the linear systems; of a pile that is
+/// pressed together they save none.
+const DESCEND: usize = 12;
 
 /// Ends of pieces that are passed at most. Of 1,000 steps in which Gymnasium's walker falls and lies 900 pass none, 88 up to
 /// three, the others up to seven.

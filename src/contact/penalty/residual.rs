@@ -37,17 +37,7 @@ pub fn misfit(island: &mut Island) -> f64 {
         let x = c.at(product);
         c.y[..6].copy_from_slice(&x);
         c.change = wish(&c.cone, &c.y, &c.force, &c.inverse);
-        let mut off = c.inverse[0] * c.change[0].abs();
-        if c.cone.kind == Kind::TwoSided {
-            (1..c.cone.dim).for_each(|k| off = off.max(c.inverse[k / 3] * c.change[k].abs()));
-            most = most.max(off);
-            scale = scale.max(size(c));
-            return;
-        }
-        for (group, inverse) in c.cone.groups().zip(&c.inverse[1..]) {
-            group.for_each(|k| off = off.max(inverse * c.change[k].abs()));
-        }
-        most = most.max(off);
+        most = lacks(c).fold(most, f64::max);
         scale = scale.max(size(c));
     });
     match most / scale {
@@ -55,6 +45,19 @@ pub fn misfit(island: &mut Island) -> f64 {
         _ if most == 0.0 => 0.0,
         residual => residual,
     }
+}
+
+/// λ |f⁺ − f| of the rows of a constraint, m/s² and rad/s².
+pub fn lacks(c: &Constraint) -> impl Iterator<Item = f64> {
+    let Constraint { cone, change, inverse, .. } = c;
+    let mass = move |k: usize| match (cone.kind, k) {
+        (Kind::TwoSided, _) => inverse[k / 3],
+        (_, 0) => inverse[0],
+        (_, 1 | 2) => inverse[1],
+        (_, 3) => inverse[2],
+        _ => inverse[3],
+    };
+    (0..cone.dim).map(move |k| mass(k) * change[k].abs())
 }
 
 /// What a residual is measured by, m/s²: what the normal force does, and more than the rounding of v/h, of a_ref and of J a₀:

