@@ -7,4 +7,4 @@ cd "$(dirname "$0")/.."
 for tool in Xvfb xdotool ffmpeg; do
     command -v "$tool" >/dev/null || { echo "tests/window.sh needs $tool" >&2; exit 1; }
 done
-cargo test --features play --test it window -- --ignored --nocapture
+cargo test --features "${FEATURES:-play}" --test it window -- --ignored --nocapture
