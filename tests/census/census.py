@@ -23,6 +23,7 @@ that kind in the same state, or to 9.81 m/s² or 1 m/s where that is larger.
 """
 
 import csv
+import multiprocessing
 import os
 import pathlib
 import re
@@ -222,14 +223,14 @@ def main():
         sys.exit(f"the census compares with MuJoCo 4.0.0, but {mujoco.__version__} is installed")
     known = {row["file"]: row for row in csv.DictReader(TABLE.open())} if TABLE.exists() else {}
     parts = [a for a in sys.argv[1:] if not a.startswith("-")]
-    rows = []
-    for path in files():
-        name = path.as_posix()
-        if not parts or any(part in name for part in parts):
-            rows.append(dict(file=name, **verdict(path)))
-            print(*rows[-1].values(), sep=", ", flush=True)
-        elif name in known:
-            rows.append(known[name])
+    names = [path.as_posix() for path in files()]
+    asked = [name for name in names if not parts or any(part in name for part in parts)]
+    judged = {}
+    with multiprocessing.Pool() as pool:
+        for name, found in zip(asked, pool.imap(verdict, asked)):
+            judged[name] = dict(file=name, **found)
+            print(*judged[name].values(), sep=", ", flush=True)
+    rows = [judged.get(name) or known[name] for name in names if name in judged or name in known]
     failed = [f"{name}: no longer counted" for name in known.keys() - {row["file"] for row in rows}]
     for row in rows:
         old = known.get(row["file"])
