@@ -348,7 +348,7 @@ fn thinnest(model: &Model) -> f64 {
 }
 
 /// Half the shortest time constant of the model's constraints, s: in longer steps `refsafe` makes them softer.
-fn safe(model: &Model) -> f64 {
+pub fn safe(model: &Model) -> f64 {
     if !model.opt.flags.refsafe {
         return f64::INFINITY;
     }

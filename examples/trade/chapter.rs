@@ -440,7 +440,7 @@ integrators with 64, 128, 256 … steps, which one would have to know beforehand
 }
 
 const RULES: &str = "\
-- A centimetre: `implicitfast` with steps of 4 to 16 ms, wherever nothing bounces. The search takes two to four times a
+- A centimetre: `implicitfast` with steps of 4 to 16 ms, wherever nothing bounces. The search takes 1.4 to four times a
   run of some dozen steps, which is microseconds.
 - Smooth motion, a millimetre or less: order pays. Fixed steps of `rk4` or `cash-karp` of 8 to 16 ms and controlled steps of
   `cash-karp` take about as many evaluations.

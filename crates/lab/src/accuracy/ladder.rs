@@ -10,7 +10,7 @@ use super::{Choice, MOST_EVALUATIONS, SAMPLES, Stepping};
 use crate::sweep::Case;
 use crate::sweep::trajectory::{Pose, distance, poses};
 use penny::contact::Law;
-use penny::control::{Controlled, Effort, extent};
+use penny::control::{Controlled, Effort, extent, safe};
 use penny::data::Data;
 use penny::forward::{Method, ROUNDS, forward, step};
 use penny::integrate::Integrator;
@@ -34,6 +34,8 @@ pub struct Rung {
     pub smooth: bool,
     /// From the rung before, m; none for the first, and where one of the two ended early.
     difference: Option<f64>,
+    /// Runs of fixed steps that are several times as long (see `FAR`): how many times, and how far off they are, m.
+    far: Vec<[f64; 2]>,
 }
 
 impl Rung {
@@ -62,6 +64,8 @@ pub struct Ladder<'c> {
     paused: Option<Paused<'c>>,
     /// There is to be no further run: the last ones were no better, or took too much.
     stuck: bool,
+    /// The longest step in which nothing that touches is softer than the scene says, s.
+    safe: f64,
 }
 
 /// A controlled run that is not at its end: what it took so far tells what it will take.
@@ -89,40 +93,71 @@ pub struct Promise {
     pub knob: f64,
 }
 
-/// How wrong an estimate may be: where something touches, and where the motion is smooth.
-const MARGIN: [f64; 2] = [2.0, 1.25];
-/// The next knob is aimed at this part of the tolerance, so that the run after it is seldom needed.
-const AIM: [f64; 2] = [0.8 / MARGIN[0], 0.9 / MARGIN[1]];
-/// A finer knob is this much finer at least and at most: of timesteps, and of tolerances.
-const FINER: [[f64; 2]; 2] = [[1.5, 4.0], [4.0, 100.0]];
+/// How wrong an estimate may be: where something touches, of few steps a sample (see `SHORT`), and of more or of controlled ones;
+/// and where the motion is smooth.
+const MARGIN: [f64; 3] = [1.25, 2.0, 1.1];
+/// The next knob is aimed at this part of the tolerance over the margin, so that the run after it is seldom needed.
+const AIM: f64 = 0.95;
+/// A finer knob is this much finer at least and at most: of timesteps, of those of higher order, and of tolerances.
+const FINER: [[f64; 2]; 3] = [[1.5, 4.0], [1.5, 8.0], [4.0, 100.0]];
 /// The second run of controlled steps takes about this many times the effort of the first.
 const EFFORT: f64 = 2.2;
-/// Its tolerance is this many times what is wanted: a run's error is mostly smaller than its tolerance.
-const FIRST: f64 = 2.0;
+/// Its tolerance is this many times what is wanted: where something touches, where the motion is smooth, and where it is but
+/// something is stiff, so that stability keeps steps short and errors are small.
+const FIRST: [f64; 3] = [0.75, 0.3, 2.0];
 /// The first run has no larger one than this part of the largest body's reach: that would be blind.
 const COARSE: f64 = 0.1;
 /// The order that is assumed where two runs are all there is, the first of timesteps and the second of tolerances.
-const UNSEEN: [[f64; 2]; 2] = [[0.5, 0.3], [1.0, 0.8]];
+const UNSEEN: [[f64; 2]; 2] = [[0.5, 0.3], [1.0, 0.75]];
 /// Of fixed steps where something touches: they may come nearer sooner than they promise.
 const DOUBLE: f64 = 2.0;
-/// The first of fixed steps, in samples.
-const FEW: f64 = 2.0;
+/// The first of fixed steps, in samples; the second have half of that, and the third an eighth. Those of higher order begin with
+/// [`DOUBLE`], and halve it.
+const FEW: f64 = 8.0;
 /// Where the first fixed steps that do not diverge are short, they are compared with steps this many times as long.
 const NEAR: f64 = 4.0 / 3.0;
+/// So many of the first runs may be too coarse to come nearer to one another.
+const BLIND: usize = 5;
 /// An order below this is none: the runs do not converge.
 const NONE: f64 = 0.25;
 /// Controlled runs may come nearer to one another while their tolerance is larger, m.
 const FINE: f64 = 1e-12;
 /// Of smooth motion finer steps have at least this, whatever coarse ones showed.
 const EXPECTED: f64 = 0.8;
-/// No higher order is believed where contacts begin and end: there runs may agree by accident, and seem to be of any order.
-const MOST_ORDER: f64 = 1.0;
+/// No higher order is believed where contacts begin and end, for there runs may agree by accident, and seem to be of any order;
+/// nor of tolerances.
+const MOST_ORDER: [f64; 2] = [1.0, 0.9];
+/// Where things touch and steps are so long that `refsafe` makes them softer, they sink by what grows with the step's square.
+const SOFT: f64 = 2.0;
+/// What a run promises may have this order where things touch: what comes to rest is forgotten.
+const FORGOTTEN: f64 = 4.0;
+/// Fixed steps so many times as long, in a run that is no farther off than things are large, err as many times as much.
+const FAR: std::ops::Range<f64> = 3.5..8.5;
+/// Where things touch this is so while there are so many steps a sample at most. Longer runs may agree by accident.
+const SHORT: usize = 4;
 /// Two controlled runs that agree may miss a landing alike: neither errs less than this part of its tolerance.
 const FLOOR: f64 = 1.0;
 
+/// Of the largest body, m.
+pub fn reach(case: &Case) -> f64 {
+    let bodies = case.model.bodies.iter().filter(|b| b.tree.is_some());
+    bodies.map(|b| extent(&case.model, b)).fold(0.0, f64::max)
+}
+
+/// The order p that three runs with knobs x₁ > x₂ > x₃ show, apart by d₁ and d₂:   d₁ / d₂ = (x₁^p − x₂^p) / (x₂^p − x₃^p)
+fn order([a, b, c]: [f64; 3], [coarse, fine]: [f64; 2]) -> f64 {
+    let ratio = |p: f64| ((a / b).powf(p) - 1.0) / (1.0 - (c / b).powf(p));
+    let (mut low, mut high) = (0.01, 10.0);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if ratio(middle) < coarse / fine { low = middle } else { high = middle }
+    }
+    low
+}
+
 impl<'c> Ladder<'c> {
-    pub fn new(integrator: &'static Integrator, controlled: bool) -> Ladder<'c> {
-        Ladder { integrator, controlled, rungs: Vec::new(), paused: None, stuck: false }
+    pub fn new(case: &Case, integrator: &'static Integrator, controlled: bool) -> Ladder<'c> {
+        Ladder { integrator, controlled, rungs: Vec::new(), paused: None, stuck: false, safe: safe(&case.model) }
     }
 
     /// Whether a first run was not given up.
@@ -133,6 +168,16 @@ impl<'c> Ladder<'c> {
     /// Whether no run was begun.
     pub fn unbegun(&self) -> bool {
         self.rungs.is_empty() && self.paused.is_none()
+    }
+
+    /// Whether the first run reached the end.
+    pub fn begins_whole(&self) -> bool {
+        self.rungs.first().is_some_and(Rung::whole)
+    }
+
+    /// Whether a run of steps that are not shorter than the time between samples reached the end.
+    pub fn any_long(&self) -> bool {
+        self.rungs.iter().any(|rung| rung.whole() && rung.steps <= SAMPLES)
     }
 
     /// Whether a run reached the end.
@@ -147,17 +192,21 @@ impl<'c> Ladder<'c> {
 
     /// How much finer the second run is.
     fn apart(&self) -> f64 {
-        if self.controlled { EFFORT.powi(i32::from(self.integrator.order)) } else { 2.0 }
+        match self.rungs.last() {
+            _ if self.controlled => EFFORT.powi(i32::from(self.integrator.order)),
+            Some(last) if last.stride > 2 && last.stride < FEW as usize => last.stride as f64,
+            _ => DOUBLE,
+        }
     }
 
-    /// The first knob.
-    pub fn first(&self, case: &Case, tolerance: f64) -> f64 {
+    /// The first knob; of controlled steps where the motion is smooth, and where something is stiff.
+    pub fn first(&self, case: &Case, tolerance: f64, [smooth, stiff]: [bool; 2]) -> f64 {
         if !self.controlled {
-            return case.seconds / SAMPLES as f64 * FEW;
+            let few = if self.integrator.order > 1 { DOUBLE } else { FEW };
+            return case.seconds / SAMPLES as f64 * few;
         }
-        let bodies = case.model.bodies.iter().filter(|b| b.tree.is_some());
-        let reach = bodies.map(|b| extent(&case.model, b)).fold(0.0, f64::max);
-        (FIRST * self.apart() * tolerance).min(COARSE * reach)
+        let part = FIRST[usize::from(smooth) + usize::from(smooth && stiff)];
+        (part * self.apart() * tolerance).min(COARSE * reach(case))
     }
 
     /// Whether a run and the one before it are smooth.
@@ -166,12 +215,32 @@ impl<'c> Ladder<'c> {
         both.is_some_and(|both| both.iter().all(|r| r.smooth))
     }
 
-    /// The order that the last three runs up to one show.
+    /// How wrong the estimate of a run may be.
+    fn margin(&self, rung: usize) -> f64 {
+        let fine = self.controlled || self.rungs[rung].steps > SHORT * SAMPLES;
+        MARGIN[if self.smooth(rung) { 2 } else { usize::from(fine) }]
+    }
+
+    /// The order that is believed of the last three runs up to one.
     fn order(&self, rung: usize) -> Option<f64> {
+        let most = match (self.controlled, self.smooth(rung)) {
+            (false, true) => f64::from(self.integrator.order),
+            (false, false) if self.rungs[rung].timestep > self.safe => SOFT,
+            (controlled, _) => MOST_ORDER[usize::from(controlled)],
+        };
+        Some(self.shown(rung)?.clamp(NONE, most))
+    }
+
+    /// The order that is believed of two runs alone: of smooth motion one less than in theory.
+    fn unseen(&self, smooth: usize) -> f64 {
+        let least = UNSEEN[smooth][usize::from(self.controlled)];
+        if self.controlled || smooth == 0 { least } else { least.max(f64::from(self.integrator.order) - 1.0) }
+    }
+
+    /// The order that they show.
+    fn shown(&self, rung: usize) -> Option<f64> {
         let [.., first, before, last] = &self.rungs[..=rung] else { return None };
-        let shown = (before.difference? / last.difference?).ln() / (first.knob / before.knob).ln();
-        let most = if self.smooth(rung) && !self.controlled { f64::from(self.integrator.order) } else { MOST_ORDER };
-        Some(shown.clamp(NONE, most))
+        Some(order([first.knob, before.knob, last.knob], [before.difference?, last.difference?]))
     }
 
     /// The error of a run by those of its own ladder.
@@ -181,21 +250,22 @@ impl<'c> Ladder<'c> {
         let finer = |k: usize| {
             let (before, last) = (rungs.get(k.checked_sub(1)?)?, rungs.get(k)?);
             let smooth = usize::from(self.smooth(k));
-            let order = self.order(k).unwrap_or(UNSEEN[smooth][usize::from(self.controlled)]);
+            let order = self.order(k).unwrap_or_else(|| self.unseen(smooth));
             let apart = last.difference?;
             let error = apart / ((before.knob / last.knob).powf(order) - 1.0);
-            let error = if self.controlled && smooth == 0 { error.max(FLOOR * last.knob) } else { error };
-            Some([apart, error, MARGIN[smooth] * error])
+            let floor = if self.controlled && smooth == 0 { FLOOR * last.knob } else { 0.0 };
+            let far = last.far.iter().filter(|_| smooth == 1 || last.steps <= SHORT * SAMPLES);
+            let far = far.map(|[ratio, apart]| apart / (ratio.powf(order.max(1.0)) - 1.0));
+            let error = far.fold(error, f64::min).max(floor);
+            Some([apart, error, self.margin(k) * error])
         };
         let none = Bound { error: f64::INFINITY, most: f64::INFINITY };
         if rungs[rung].stride > 1 {
             return none;
         }
         let as_fine = finer(rung).map(|[_, error, most]| Bound { error, most });
-        let as_coarse = finer(rung + 1).map(|[apart, error, most]| Bound {
-            error: apart + error,
-            most: MARGIN[usize::from(self.smooth(rung + 1))] * apart + most,
-        });
+        let as_coarse = finer(rung + 1)
+            .map(|[apart, error, most]| Bound { error: apart + error, most: self.margin(rung + 1) * apart + most });
         [as_fine, as_coarse].into_iter().flatten().fold(none, |a, b| if b.most < a.most { b } else { a })
     }
 
@@ -240,18 +310,28 @@ impl<'c> Ladder<'c> {
             return Some(Promise { cost: whole - effort + next, knob: paused.knob });
         }
         let last = self.rungs.last()?;
-        let [least, most] = FINER[usize::from(self.controlled)];
+        let finer = FINER[if self.controlled { 2 } else { usize::from(self.integrator.order > 1) }];
         // The first controlled run is told from the others by their errors, not by its own.
         if !last.whole() || !error.is_finite() || self.controlled && self.rungs.len() == 1 {
             return self.second();
         }
         let k = self.rungs.len() - 1;
-        let most = if self.controlled || self.smooth(k) { most } else { DOUBLE };
-        // The difference of two runs of first order is what the finer one errs.
-        let error = if self.controlled { error } else { last.difference.map_or(error, |apart| error.min(apart)) };
+        // What the finer of two runs errs by the order in theory.
+        let theory = f64::from(self.integrator.order);
+        let touching = !self.controlled && !self.smooth(k);
+        let [least, most] = if touching { [DOUBLE; 2] } else { finer };
+        let ratio = self.rungs[k - 1].knob / last.knob;
+        let apart = last.difference.filter(|_| !self.controlled);
+        let error = apart.map_or(error, |apart| error.min(apart / (ratio.powf(theory) - 1.0)));
+        // Runs that are farther apart than things are large tell nothing.
+        let error = if touching { error.min(reach(case)) } else { error };
         let least_order = if self.smooth(k) { EXPECTED } else { NONE };
-        let order = self.order(k).unwrap_or(1.0).max(least_order);
-        let wanted = (error / (AIM[usize::from(self.smooth(k))] * tolerance)).powf(1.0 / order).max(least);
+        let order = match self.shown(k) {
+            Some(shown) if touching => shown.clamp(1.0, FORGOTTEN),
+            _ if self.controlled => self.order(k).unwrap_or(1.0).max(least_order),
+            _ => self.order(k).unwrap_or(theory).max(least_order),
+        };
+        let wanted = (error / (AIM / self.margin(k) * tolerance)).powf(1.0 / order).max(least);
         // Too far to arrive: but a finer run tells until when there is agreement.
         let cost = self.finer(wanted).map_or(f64::INFINITY, |promise| promise.cost);
         Some(Promise { cost, ..self.finer(wanted.min(most))? })
@@ -302,10 +382,19 @@ impl<'c> Ladder<'c> {
             let before = k.checked_sub(1).map(|before| &self.rungs[before]);
             self.rungs[k].difference = before.and_then(|before| before.distance(case, &self.rungs[k]));
         }
+        for k in k..self.rungs.len() {
+            let last = &self.rungs[k];
+            let coarse = self.rungs[..k].iter().filter(|r| !self.controlled && FAR.contains(&(r.knob / last.knob)));
+            let far = coarse.filter_map(|rung| {
+                let apart = rung.distance(case, last).filter(|apart| *apart <= reach(case))?;
+                Some([rung.knob / last.knob, apart])
+            });
+            self.rungs[k].far = far.collect();
+        }
         let k = self.rungs.len() - 1;
         // Once may be an accident, and large tolerances blind.
         let fine = !self.controlled || self.rungs[k].knob <= FINE;
-        self.stuck |= k > 3 && fine && [k - 1, k].iter().all(|k| self.order(*k).is_some_and(|order| order <= NONE));
+        self.stuck |= k > BLIND && fine && [k - 1, k].iter().all(|k| self.order(*k).is_some_and(|order| order <= NONE));
     }
 
     /// One of the runs as what is chosen.
@@ -346,8 +435,8 @@ fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) 
     let (timestep, planned) = (method.timestep, (each * SAMPLES / stride) as f64);
     smooth &= ends_free(case, method, &state, &mut data);
     evaluations += 1;
-    let (knob, effort, difference, end) = (timestep, None, None, state);
-    Rung { knob, samples, evaluations, stride, timestep, steps, planned, effort, end, smooth, difference }
+    let (knob, effort, difference, end, far) = (timestep, None, None, state, Vec::new());
+    Rung { knob, samples, evaluations, stride, timestep, steps, planned, effort, end, smooth, difference, far }
 }
 
 impl<'c> Paused<'c> {
@@ -393,8 +482,8 @@ impl<'c> Paused<'c> {
         let effort = run.effort();
         let smooth = smooth && ends_free(case, method, &end, &mut Data::new(&case.model));
         let (timestep, steps, planned) = (method.timestep, effort.steps + effort.rejected, 0.0);
-        let (effort, difference) = (Some(effort), None);
-        Rung { knob, samples, evaluations, stride: 1, timestep, steps, planned, effort, end, smooth, difference }
+        let (effort, difference, far) = (Some(effort), None, Vec::new());
+        Rung { knob, samples, evaluations, stride: 1, timestep, steps, planned, effort, end, smooth, difference, far }
     }
 }
 

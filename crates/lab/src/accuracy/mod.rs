@@ -21,7 +21,7 @@ pub use self::run::Run;
 
 use std::fmt;
 
-use self::ladder::{Bound, Ladder};
+use self::ladder::{Bound, Ladder, reach};
 use super::explain::Budget;
 use super::sweep::Case;
 use super::sweep::trajectory::{Pose, distance};
@@ -92,14 +92,23 @@ impl fmt::Display for Refusal {
 }
 
 /// Fixed steps that diverge are halved while there are so many a sample at most.
-const CHEAP: f64 = 4.0;
-/// Where nothing is known of fixed steps they are reckoned to take this many times the next run.
+const CHEAP: f64 = 8.0;
+/// Where nothing is known of fixed steps they are reckoned to take this many times the next run, or as many steps as what is wanted
+/// goes into the size of the largest body, if these are more.
 const UNKNOWN: f64 = 4.0;
-/// No controlled steps are tried while the first ladder promises to arrive by this many times what was spent.
-const SOON: f64 = 4.0;
-/// The beginning of a run of controlled steps, which tells its cost, may take this part of what was spent, or one evaluation a
-/// sample.
-const FORETASTE: f64 = 0.5;
+/// Fixed steps of higher order are not tried where controlled ones promise to take so many evaluations a sample at most.
+const HIGH: f64 = 12.0;
+/// No other steps are tried while the first ladder promises to arrive by this many times what was spent: where something touches
+/// and what is wanted is rough, where it is not, and where the motion is smooth.
+const SOON: [f64; 3] = [32.0, 8.0, 4.0];
+/// What is wanted is rough from this part of the largest body's reach.
+const ROUGH: f64 = 0.01;
+/// Implicit controlled steps are not tried while others promise to arrive by this many times what was spent.
+const DEAR: f64 = 16.0;
+/// The beginning of a run of controlled steps, which tells its cost, may take this part of what was spent, or so many evaluations:
+/// where something touches, and where the motion is smooth.
+const FORETASTE: f64 = 0.25;
+const TASTE: [f64; 2] = [32.0, 48.0];
 /// A run that takes this many times what was promised is given up.
 const OVERRUN: f64 = 4.0;
 /// A run of more evaluations is not tried.
@@ -111,7 +120,7 @@ const MOST_TRIAL: usize = 8_000_000;
 ///
 /// Errors: none has, or none that can be found within the budget.
 pub fn choose(case: &Case, law: &'static Law, tolerance: f64, budget: &Budget) -> Result<Choice, Refusal> {
-    let mut search = Search { case, law, tolerance, ladders: ladders(), trial: 0 };
+    let mut search = Search { case, law, tolerance, ladders: ladders(case), trial: 0 };
     loop {
         if let Some(choice) = search.good() {
             return Ok(choice);
@@ -125,11 +134,13 @@ pub fn choose(case: &Case, law: &'static Law, tolerance: f64, budget: &Budget) -
 }
 
 /// Fixed steps that are the cheapest and the most stable of their cost, and all that can be controlled.
-fn ladders<'c>() -> Vec<Ladder<'c>> {
+fn ladders<'c>(case: &Case) -> Vec<Ladder<'c>> {
     let cheap = |i: &&'static Integrator| (i.implicit, i.order, usize::MAX - i.implicit_dampers as usize);
-    let fixed = integrate::ALL.iter().copied().min_by_key(cheap).map(|i| Ladder::new(i, false));
-    let controlled = integrate::ALL.iter().filter(|i| i.estimate.is_some()).map(|i| Ladder::new(i, true));
-    fixed.into_iter().chain(controlled).collect()
+    let fixed = integrate::ALL.iter().copied().min_by_key(cheap).map(|i| Ladder::new(case, i, false));
+    let controlled = integrate::ALL.iter().filter(|i| i.estimate.is_some()).map(|i| Ladder::new(case, i, true));
+    // Of smooth motion order pays.
+    let high = integrate::ALL.iter().copied().max_by_key(|i| i.order).map(|i| Ladder::new(case, i, false));
+    fixed.into_iter().chain(controlled).chain(high).collect()
 }
 
 /// All runs so far.
@@ -168,11 +179,15 @@ impl Search<'_> {
 
     /// The next ladder to climb, its knob, and the evaluations that the run may take.
     fn next(&self) -> Option<(usize, f64, usize)> {
+        let (fixed, spent) = (&self.ladders[0], self.trial as f64);
         let most = |cost: f64| cost.min(MOST_EVALUATIONS as f64) as usize;
-        let first = |i: usize, cost: f64| Some((i, self.ladders[i].first(self.case, self.tolerance), most(cost)));
+        let kind = [fixed.rungs.last().is_some_and(|last| last.smooth), !fixed.begins_whole()];
+        let first = |i: usize, cost: f64| {
+            let knob = self.ladders[i].first(self.case, self.tolerance, kind);
+            Some((i, knob, most(cost)))
+        };
         let climb = |(i, promise): (usize, ladder::Promise)| Some((i, promise.knob, most(OVERRUN * promise.cost)));
         let unbegun = |i: &usize| self.ladders[*i].unbegun() && self.ladders[*i].may_begin();
-        let (fixed, spent) = (&self.ladders[0], self.trial as f64);
         // Two runs of fixed steps, or until they do not diverge.
         if unbegun(&0) {
             return first(0, f64::INFINITY);
@@ -181,26 +196,35 @@ impl Search<'_> {
         if let (true, Some(second)) = (few, fixed.second().filter(|p| p.cost <= CHEAP * SAMPLES as f64)) {
             return climb((0, second));
         }
-        // Where two runs do not tell enough yet, fixed steps need a few more.
-        let more = |i: usize| if i == 0 && !fixed.known() { UNKNOWN } else { 1.0 };
-        let promise = |i: usize| self.promise(i).map(|p| (i, ladder::Promise { cost: more(i) * p.cost, ..p }));
+        let smooth = kind[0];
+        if smooth && let Some((i, knob, cost)) = self.higher(kind) {
+            return Some((i, knob, most(cost)));
+        }
+        // Where two runs do not tell enough yet, fixed steps need a few more, and the more the less may be wrong.
+        let size = reach(self.case) / self.tolerance;
+        let cost = |i: usize, cost: f64| if i == 0 && !fixed.known() { size.max(UNKNOWN * cost) } else { cost };
+        let promise = |i: usize| self.promise(i).map(|p| (i, ladder::Promise { cost: cost(i, p.cost), ..p }));
         let mut all: Vec<(usize, ladder::Promise)> = (0..self.ladders.len()).filter_map(promise).collect();
         all.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let cost = all.first().map_or(f64::INFINITY, |(_, promise)| promise.cost);
-        if cost <= SOON * spent && self.untried() {
+        let soon = SOON[if smooth { 2 } else { usize::from(ROUGH * size > 1.0) }];
+        if cost <= soon * spent.max(SAMPLES as f64) && self.untried() {
             return climb(*all.first()?);
         }
-        // The beginning of a run of controlled steps tells its cost.
-        if let Some(i) = (1..self.ladders.len()).rev().find(unbegun) {
-            return first(i, (FORETASTE * spent).max(SAMPLES as f64));
+        // The beginning of a run of controlled steps tells its cost. The implicit ones are tried where all others are dear.
+        let implicit = || all.first().is_none_or(|(best, promise)| *best == 0 && promise.cost > DEAR * spent);
+        let taste = |i: &usize| {
+            unbegun(i) && self.ladders[*i].controlled && (!self.ladders[*i].integrator.implicit || implicit())
+        };
+        if let Some(i) = (0..self.ladders.len()).find(taste) {
+            return first(i, (FORETASTE * spent).max(TASTE[usize::from(smooth)]));
         }
         let (i, promise) = *all.first()?;
-        if i == 0 {
+        if !self.ladders[i].controlled {
             return climb((i, promise));
         }
         // Where things touch, fixed steps may come nearer sooner than they promise, and controlled ones later: each takes
         // as much as the other did.
-        let smooth = fixed.rungs.last().is_some_and(|last| last.smooth);
         let taken: f64 = fixed.rungs.iter().map(|r| r.evaluations as f64).sum();
         let double = fixed.double().filter(|double| double.cost <= 2.0 * (spent - taken));
         if let (false, Some(double)) = (smooth, double) {
@@ -210,6 +234,29 @@ impl Search<'_> {
         let next = all.get(1).map_or(f64::INFINITY, |(_, promise)| promise.cost);
         let next = if smooth { next } else { next.min(2.0 * taken) };
         Some((i, promise.knob, most(next.max(0.25 * spent))))
+    }
+
+    /// The next run that tells whether steps of higher order pay, of smooth motion in which long steps do not diverge: its
+    /// ladder, knob, and the evaluations that it may take; `None` where the first ladder is soon there, or controlled steps
+    /// are cheap.
+    fn higher(&self, kind: [bool; 2]) -> Option<(usize, f64, f64)> {
+        let (fixed, spent, last) = (&self.ladders[0], self.trial as f64, self.ladders.len() - 1);
+        let soon = |promise: ladder::Promise| promise.cost <= SOON[2] * spent.max(SAMPLES as f64);
+        if !fixed.any_long() || fixed.known() && self.promise(0).is_some_and(soon) {
+            return None;
+        }
+        let first = |i: usize, cost: f64| Some((i, self.ladders[i].first(self.case, self.tolerance, kind), cost));
+        let (controlled, high) = (1..last, &self.ladders[last]);
+        let untried = |i: &usize| self.ladders[*i].unbegun() && !self.ladders[*i].integrator.implicit;
+        if let Some(i) = controlled.clone().find(untried) {
+            return first(i, TASTE[1]);
+        }
+        let cheap = controlled.filter_map(|i| self.promise(i)).any(|p| p.cost <= HIGH * SAMPLES as f64);
+        if !cheap && high.unbegun() && high.may_begin() {
+            return first(last, MOST_EVALUATIONS as f64);
+        }
+        let second = high.second().filter(|_| high.rungs.len() == 1 && high.any_whole())?;
+        Some((last, second.knob, OVERRUN * second.cost))
     }
 
     /// Whether there was no run of controlled steps.

@@ -43,6 +43,8 @@ pub struct Price {
     pub wanted: f64,
     /// Time over which it was compared, s: until the truth is uncertain.
     pub seconds: f64,
+    /// The truth over that time, where it is known.
+    pub truth: Option<Samples>,
     /// What `--accuracy` finds, and its distance from the truth, m; `None` where the truth is not known for long enough.
     pub chosen: Option<Result<(Choice, f64), Refusal>>,
     /// The cheapest of all integrators with 64, 128, 256 … steps; `None` if none was found below `most` evaluations.
@@ -70,7 +72,7 @@ pub fn prices(case: &Case, law: &'static Law, wanted: &[f64], most: usize, budge
             Some(_) if part >= SHORT => truth(&short, law, wanted, most),
             _ => None,
         };
-        let mut price = Price { wanted, seconds: short.seconds, chosen: None, fixed: None };
+        let mut price = Price { wanted, seconds: short.seconds, truth: None, chosen: None, fixed: None };
         let Some(truth) = known else { return price };
         let chosen = choose(&short, law, wanted, &budget());
         // Beyond what the search took it does not matter what others take.
@@ -80,6 +82,7 @@ pub fn prices(case: &Case, law: &'static Law, wanted: &[f64], most: usize, budge
             let error = distance(&short.model, &choice.samples, &truth.samples).unwrap_or(f64::INFINITY);
             (choice, error)
         }));
+        price.truth = Some(truth.samples);
         price
     };
     wanted.iter().map(|wanted| price(*wanted)).collect()
