@@ -134,12 +134,14 @@ fn figures(lines: &[Line], orders: &str) -> String {
         }
     }
     text += &count("all", None, &lines.iter().collect::<Vec<_>>());
+    text += &lost(lines);
     text += &ratios(lines);
     text += &rejected(lines);
     text += orders;
     text += "\n### Every search\n\n\"error\" is the distance from the truth, \"promised\" the estimate; \"run\", \"search\" and \
-             \"fixed steps\" are\nevaluations, the search with the run that it chose. –: no fixed steps are cheaper than the search. \"two runs\" and\n\"ladder\" are \
-             the cheapest proofs, by one who knows the two runs to compare, or the integrator, beforehand.\n\n";
+             \"fixed steps\" are\nevaluations, the search with the run that it chose. –: no fixed steps are cheaper than the \
+             search. \"two runs\" and\n\"ladder\" are the cheapest proofs, by one who knows the two runs to compare, or the \
+             integrator, beforehand; four times the\nfixed steps: none was found that is cheaper than that.\n\n";
     text += "| scene | law | wanted m | time s | error m | promised m | by | run | search | fixed steps | two runs | ladder |\n\
              |---|---|---|---|---|---|---|---|---|---|---|---|\n";
     for line in lines {
@@ -191,6 +193,48 @@ fn count(kind: &str, wanted: Option<f64>, lines: &[&Line]) -> String {
     )
 }
 
+/// Where the cost goes that is more than twice that of the cheapest fixed steps.
+fn lost(lines: &[Line]) -> String {
+    let mut text = String::from(
+        "\n### Searches that cost more than twice the cheapest fixed steps\n\nMedians, in evaluations of the cheapest fixed steps; \
+         and of which integrator these are.\n\n| wanted m | searches | run | other runs | run at most 1.2 times | run more than \
+         twice | cheapest fixed steps |\n|---|---|---|---|---|---|---|\n",
+    );
+    for wanted in WANTED {
+        let of =
+            lines.iter().filter(|l| l.price.wanted == wanted).filter_map(|l| match (&l.price.chosen, l.price.fixed) {
+                (Some(Ok((choice, _))), Some(fixed)) => {
+                    let times = |evaluations: usize| evaluations as f64 / fixed.evaluations as f64;
+                    let found = [times(choice.evaluations), times(choice.trial - choice.evaluations)];
+                    (found[0] + found[1] > 2.0).then_some((found, fixed.integrator))
+                }
+                _ => None,
+            });
+        let of: Vec<_> = of.collect();
+        let median = |part: usize| {
+            let mut all: Vec<f64> = of.iter().map(|(found, _)| found[part]).collect();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).copied().unwrap_or(f64::NAN)
+        };
+        let runs = |what: &dyn Fn(f64) -> bool| of.iter().filter(|([run, _], _)| what(*run)).count();
+        let by = |i: &&integrate::Integrator| (of.iter().filter(|(_, by)| *by == i.name).count(), i.name);
+        let mut by: Vec<_> = integrate::ALL.iter().map(by).filter(|(n, _)| *n > 0).collect();
+        by.sort_by_key(|(n, _)| usize::MAX - n);
+        let by: Vec<String> = by.iter().map(|(n, name)| format!("{n} {name}")).collect();
+        let _ = writeln!(
+            text,
+            "| {wanted:.0e} | {} | {:.2} | {:.2} | {} | {} | {} |",
+            of.len(),
+            median(0),
+            median(1),
+            runs(&|run| run <= 1.2),
+            runs(&|run| run > 2.0),
+            by.join(", ")
+        );
+    }
+    text
+}
+
 /// A histogram of estimate over true error.
 fn ratios(lines: &[Line]) -> String {
     let bounds = [0.1, 0.5, 1.0, 3.0, 10.0, 100.0, f64::INFINITY];
@@ -207,7 +251,8 @@ fn ratios(lines: &[Line]) -> String {
         let _ = writeln!(text, "| {low} to {high} | {n} {}|", "█".repeat(n * 40 / all.len().max(1)));
         low = high;
     }
-    text + "\nA search accepts an estimate up to 0.8 times what is wanted, of smooth motion up to 0.9 times.\n"
+    text + "\nA search accepts an estimate up to half of what is wanted where something touches, up to 0.8 times of 256 steps or \
+            fewer,\nof smooth motion up to 0.9 times.\n"
 }
 
 /// The orders of the integrators that estimate their error, by fixed steps on smooth motion; the truth are those of fifth

@@ -104,7 +104,7 @@ const FINER: [[f64; 2]; 3] = [[1.5, 4.0], [1.5, 8.0], [4.0, 100.0]];
 const EFFORT: f64 = 2.2;
 /// Its tolerance is this many times what is wanted: where something touches, where the motion is smooth, and where it is but
 /// something is stiff, so that stability keeps steps short and errors are small.
-const FIRST: [f64; 3] = [0.75, 0.3, 2.0];
+const FIRST: [f64; 3] = [0.75, 0.3, 1.0];
 /// The first run has no larger one than this part of the largest body's reach: that would be blind.
 const COARSE: f64 = 0.1;
 /// The order that is assumed where two runs are all there is, the first of timesteps and the second of tolerances.

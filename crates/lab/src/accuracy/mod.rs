@@ -96,13 +96,14 @@ const CHEAP: f64 = 8.0;
 /// Where nothing is known of fixed steps they are reckoned to take this many times the next run, or as many steps as what is wanted
 /// goes into the size of the largest body, if these are more.
 const UNKNOWN: f64 = 4.0;
-/// Fixed steps of higher order are not tried where controlled ones promise to take so many evaluations a sample at most.
+/// Fixed steps of the highest order are not tried where controlled ones promise to take so many evaluations a sample at most.
 const HIGH: f64 = 12.0;
 /// No other steps are tried while the first ladder promises to arrive by this many times what was spent: where something touches
 /// and what is wanted is rough, where it is not, and where the motion is smooth.
 const SOON: [f64; 3] = [32.0, 8.0, 4.0];
-/// What is wanted is rough from this part of the largest body's reach.
+/// What is wanted is rough from this part of the largest body's reach, until so many evaluations a sample were spent.
 const ROUGH: f64 = 0.01;
+const PATIENCE: f64 = 64.0;
 /// Implicit controlled steps are not tried while others promise to arrive by this many times what was spent.
 const DEAR: f64 = 16.0;
 /// The beginning of a run of controlled steps, which tells its cost, may take this part of what was spent, or so many evaluations:
@@ -133,12 +134,12 @@ pub fn choose(case: &Case, law: &'static Law, tolerance: f64, budget: &Budget) -
     }
 }
 
-/// Fixed steps that are the cheapest and the most stable of their cost, and all that can be controlled.
+/// Fixed steps that are the cheapest and the most stable of their cost, all that can be controlled, and fixed ones of the highest
+/// order.
 fn ladders<'c>(case: &Case) -> Vec<Ladder<'c>> {
     let cheap = |i: &&'static Integrator| (i.implicit, i.order, usize::MAX - i.implicit_dampers as usize);
     let fixed = integrate::ALL.iter().copied().min_by_key(cheap).map(|i| Ladder::new(case, i, false));
     let controlled = integrate::ALL.iter().filter(|i| i.estimate.is_some()).map(|i| Ladder::new(case, i, true));
-    // Of smooth motion order pays.
     let high = integrate::ALL.iter().copied().max_by_key(|i| i.order).map(|i| Ladder::new(case, i, false));
     fixed.into_iter().chain(controlled).chain(high).collect()
 }
@@ -207,7 +208,8 @@ impl Search<'_> {
         let mut all: Vec<(usize, ladder::Promise)> = (0..self.ladders.len()).filter_map(promise).collect();
         all.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let cost = all.first().map_or(f64::INFINITY, |(_, promise)| promise.cost);
-        let soon = SOON[if smooth { 2 } else { usize::from(ROUGH * size > 1.0) }];
+        let rough = ROUGH * size <= 1.0 && spent <= PATIENCE * SAMPLES as f64;
+        let soon = SOON[if smooth { 2 } else { usize::from(!rough) }];
         if cost <= soon * spent.max(SAMPLES as f64) && self.untried() {
             return climb(*all.first()?);
         }
