@@ -2,6 +2,7 @@
 //! at 1 cm, 0.1 mm and 1 µm over ten seconds. Writes the figures of docs/accuracy.md.
 //!
 //!     cargo run --release --example accuracy [NAME…]        only scenes whose name begins so: nothing is written
+//!     cargo run --release --example accuracy extremes       the table of long runs and extremes
 //!
 //! The truth is a run of controlled steps whose tolerance is made ten times smaller until two agree; how far they are apart is
 //! its uncertainty. Where it passes a tenth of the accuracy that is wanted, at the latest, the run ends: beyond nothing can
@@ -22,6 +23,7 @@ use penny_lab::explain::Budget;
 use penny_lab::sweep::Case;
 use penny_lab::sweep::trajectory::{distance, poses};
 
+mod extremes;
 mod oracle;
 mod scenes;
 
@@ -48,6 +50,9 @@ struct Line {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let only: Vec<String> = std::env::args().skip(1).collect();
+    if only == ["extremes"] {
+        return extremes::print();
+    }
     let mut cases = scenes::all(TIME)?;
     cases.retain(|(name, _)| only.is_empty() || only.iter().any(|only| name.starts_with(only)));
     let jobs: Vec<_> = cases.iter().flat_map(|case| LAWS.map(|law| (case, law))).collect();
