@@ -60,7 +60,7 @@ pub fn descend(task: &Task, island: &mut Island, residual: f64, most: usize) -> 
             if outcome.residual <= TOLERANCE {
                 return outcome;
             }
-            if left <= (1.0 - 0.1 * part) * least {
+            if left <= (1.0 - LESSENED * part) * least {
                 least = left;
                 break;
             }
@@ -82,6 +82,10 @@ pub fn descend(task: &Task, island: &mut Island, residual: f64, most: usize) -> 
 /// Of a step of [`descend`]. In 500 steps of a falling heap of 30 shapes a quarter takes 18,955 linear systems, a sixteenth 19,457,
 /// a hundredth 20,965; whole steps only, as many as lead nearer, 22,321.
 const SHORTEST: f64 = 0.25;
+
+/// A step leads nearer if it lessens by this what a linear equation would let it lessen (Armijo's rule): with 1e-4 19,948 systems
+/// instead of 19,457, with 0.3 22,333.
+const LESSENED: f64 = 0.1;
 
 /// What all forces lack together, the root of the sum of squares, m/s²: smooth within the pieces, and smaller along Newton's step.
 fn lack(constraints: &[Constraint]) -> f64 {
