@@ -66,6 +66,12 @@ struct Window {
     to: f64,
 }
 
+impl Window {
+    fn steps(&self, method: &Method) -> usize {
+        (steps_to(method, self.to) - steps_to(method, self.from)).max(1)
+    }
+}
+
 fn window(text: &str) -> Result<Window, String> {
     let (from, to) = text.split_once("..").ok_or("must be FROM..TO, such as 0..2")?;
     let [from, to] = [from, to].map(|x| x.parse::<f64>().ok().filter(|x| x.is_finite() && *x >= 0.0));
@@ -87,6 +93,8 @@ const CROWD_BATCH: Duration = Duration::from_millis(200);
 /// Steps that show whether a method is worth waiting for, and how long they may take.
 const TRIAL: usize = 5;
 const PATIENCE: Duration = Duration::from_millis(100);
+/// Steps whose instructions are counted: as many on every machine.
+const COUNTED: usize = 100;
 /// Wall time that a batch should take.
 const BATCH: Duration = Duration::from_millis(2);
 
@@ -116,8 +124,6 @@ struct Measured {
     /// Medians, ns a step.
     ours: f64,
     theirs: Option<f64>,
-    /// Of a batch.
-    steps: usize,
     /// A step.
     instructions: Option<f64>,
     contacts: usize,
@@ -160,7 +166,8 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
                 row.extend(match measure(&case, &method, args.window, crowd.as_ref(), mujoco.as_mut(), allocations)? {
                     Outcome::Measured(mut measured) => {
                         if args.instructions {
-                            measured.instructions = Some(instructions::per_step(number, measured.steps)?);
+                            let steps = args.window.map_or(COUNTED, |window| window.steps(&method));
+                            measured.instructions = Some(instructions::per_step(number, steps)?);
                         }
                         cells(&measured)
                     }
@@ -286,7 +293,7 @@ fn measure(
     let Some(pace) = advance(&mut state, warm_up) else { return Ok(Outcome::Diverges) };
     let kept = state.clone();
     let steps = match window {
-        Some(window) => (steps_to(method, window.to) - warm_up).max(1),
+        Some(window) => window.steps(method),
         None => {
             let (time, worlds, least) = crowd.map_or((BATCH, 1, 10), |crowd| (CROWD_BATCH, crowd.worlds, 1));
             let steps = time.as_secs_f64() / (pace.as_secs_f64() / warm_up.max(1) as f64 * worlds as f64);
@@ -336,7 +343,6 @@ fn measure(
     Ok(Outcome::Measured(Measured {
         ours: median(ours),
         theirs: (!theirs.is_empty()).then(|| median(theirs)),
-        steps,
         instructions: None,
         contacts,
         allocations: allocated,
