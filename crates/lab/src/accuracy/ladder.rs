@@ -311,8 +311,8 @@ impl<'c> Ladder<'c> {
         }
         let last = self.rungs.last()?;
         let finer = FINER[if self.controlled { 2 } else { usize::from(self.integrator.order > 1) }];
-        // The first controlled run is told from the others by their errors, not by its own.
-        if !last.whole() || !error.is_finite() || self.controlled && self.rungs.len() == 1 {
+        // The first run is told from the others by their errors, not by its own.
+        if !last.whole() || !error.is_finite() || self.rungs.len() == 1 {
             return self.second();
         }
         let k = self.rungs.len() - 1;
