@@ -483,8 +483,7 @@ fn bench_counts_instructions_where_valgrind_is() {
     let script = r#"#!/bin/sh
 shift 2
 "$@" >&2 || exit 1
-for last in "$@"; do :; done
-echo "==1== Collected : $((1000 + (7 + ${last%:*}) * ${last#*:}))" >&2
+echo "==1== Collected : $((1000 + (7 + ${4%:*}) * ${4#*:}))" >&2
 "#;
     std::fs::write(&valgrind, script).expect("a file");
     std::fs::set_permissions(&valgrind, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("a program");
@@ -492,12 +491,13 @@ echo "==1== Collected : $((1000 + (7 + ${last%:*}) * ${last#*:}))" >&2
         let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
         command.args([
             "bench",
-            "models/point_mass.xml",
             "--contact",
             "tutorial",
             "--instructions",
             "--window",
             "0..0.1",
+            "--",
+            "models/point_mass.xml",
         ]);
         command.env("PATH", path).current_dir(crate::ROOT).output().expect("penny starts")
     };

@@ -213,7 +213,7 @@ fn take(args: &Args, counted: Counted) -> Result<(), Failure> {
     let (contact, integrator) = (laws[method / integrators.len()], integrators[method % integrators.len()]);
     let method = Method { contact, integrator, ..args.method.method(&case.model)? };
     let (mut state, mut data) = (case.start, Data::new(&case.model));
-    let steps = warm_up(&method, args.window) + counted.steps;
+    let steps = warm_up(&method, args.window).saturating_add(counted.steps);
     let taken = (0..steps).try_for_each(|_| step(&case.model, &method, &mut state, &mut data));
     taken.map_err(|e| Failure::Problem(format!("error: {e}")))
 }

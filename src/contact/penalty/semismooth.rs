@@ -38,7 +38,7 @@ pub fn solve(task: &Task, island: &mut Island, mut least: f64, most: usize) -> O
 }
 
 /// Takes at most `most` steps from the forces that the constraints have, each as long as it lessens what the forces lack: the
-/// whole of it, a half or a quarter. Out: the forces, and in `p` what they do.
+/// whole of it, a half or a quarter. Out: the forces that lack least, and in `p` what they do.
 ///
 /// In: `residual` of these forces, with `change` and `p`.
 pub fn descend(task: &Task, island: &mut Island, residual: f64, most: usize) -> Outcome {
@@ -64,16 +64,18 @@ pub fn descend(task: &Task, island: &mut Island, residual: f64, most: usize) -> 
                 least = left;
                 break;
             }
-            if part <= SHORTEST {
-                return outcome;
-            }
+            let shorter = part > SHORTEST;
             part *= 0.5;
+            let back = |from: f64, to: f64| if shorter { 0.5 * (from + to) } else { from };
             let Island { w, p, constraints, .. } = island;
-            p.iter_mut().zip(w).for_each(|(p, w)| *p = 0.5 * (*w + *p));
+            p.iter_mut().zip(w).for_each(|(p, w)| *p = back(*w, *p));
             for c in constraints {
-                (0..c.cone.dim).for_each(|k| c.force[k] = 0.5 * (c.start[k] + c.force[k]));
+                (0..c.cone.dim).for_each(|k| c.force[k] = back(c.start[k], c.force[k]));
             }
             outcome.residual = misfit(island);
+            if !shorter {
+                return outcome;
+            }
         }
     }
     outcome

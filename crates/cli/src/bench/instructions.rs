@@ -4,7 +4,6 @@
 //! arguments: one method of one scene, once as far as the state that is measured from and once so many steps further. The
 //! difference is what the steps took.
 
-use std::ffi::{OsStr, OsString};
 use std::io::ErrorKind;
 use std::process::{Command, Stdio};
 use std::str::FromStr;
@@ -40,12 +39,11 @@ pub fn per_step(method: usize, steps: usize) -> Result<f64, Failure> {
 fn run(counted: Counted) -> Result<i64, Failure> {
     let program =
         std::env::current_exe().map_err(|e| problem(format!("the program itself is not to be found: {e}")))?;
+    // Right behind the word `bench`: what follows may end in names of files.
+    let mut arguments = std::env::args_os().skip(1);
     let mut command = Command::new("valgrind");
-    command
-        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
-        .arg(program)
-        .args(arguments(std::env::args_os()));
-    command.args(["--counted", &format!("{}:{}", counted.method, counted.steps)]).stdin(Stdio::null());
+    command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(program).args(arguments.next());
+    command.args(["--counted", &format!("{}:{}", counted.method, counted.steps)]).args(arguments).stdin(Stdio::null());
     let output = command.output().map_err(|e| match e.kind() {
         ErrorKind::NotFound => problem(
             "--instructions needs valgrind, which is not there\n  help: install it (apt install valgrind), or leave \
@@ -60,11 +58,6 @@ fn run(counted: Counted) -> Result<i64, Failure> {
         Some(sum) if output.status.success() => Ok(sum),
         _ => Err(problem(format!("valgrind did not count ({}):\n{}", output.status, text.trim_end()))),
     }
-}
-
-/// The arguments of this program.
-fn arguments(all: impl Iterator<Item = OsString>) -> impl Iterator<Item = OsString> {
-    all.skip(1).filter(|argument| argument != OsStr::new("--instructions"))
 }
 
 fn problem(text: String) -> Failure {
