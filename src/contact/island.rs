@@ -82,6 +82,8 @@ pub struct Island {
     pub curvatures: Vec<Curvature>,
     /// See [`super::penalty::interior`].
     pub interior: Vec<super::penalty::interior::Interior>,
+    /// Forces of the constraints that a search may come back to.
+    pub kept: Vec<[f64; 6]>,
     /// Whether `blocks` have the structure of this island: a good start needs none.
     analysed: bool,
     /// Vectors over the dofs of one tree, for rows of J and for products.
@@ -112,6 +114,7 @@ impl Island {
         self.constraints.reserve(constraints);
         self.sources.reserve(constraints);
         self.interior.reserve(constraints);
+        self.kept.reserve(constraints);
         self.curvatures.reserve(constraints);
         self.chains.reserve(contacts + joints, (contacts + joints) * widest, model.requires.condim, pattern);
         self.rows.reserve(constraints, (contacts * model.requires.condim * 2 + joints) * widest + numbers, widest);
@@ -553,6 +556,17 @@ impl Island {
     pub fn add_to_p(&mut self, of: impl Fn(&Constraint) -> &[f64; 6]) {
         let Island { rows, chains, chained, constraints, p, .. } = self;
         add_forces(rows, chains, *chained, constraints.iter().map(of), p);
+    }
+
+    /// Keeps forces of the constraints: those that they have, or have had.
+    pub fn keep(&mut self, of: impl Fn(&Constraint) -> [f64; 6]) {
+        self.kept.clear();
+        self.kept.extend(self.constraints.iter().map(of));
+    }
+
+    /// Gives the constraints the forces that were kept last.
+    pub fn take_kept(&mut self) {
+        self.constraints.iter_mut().zip(&self.kept).for_each(|(c, kept)| c.force = *kept);
     }
 
     /// Factors H = 1 + Wᵀ C W.

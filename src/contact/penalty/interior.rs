@@ -41,8 +41,6 @@ pub struct Interior {
     y: f64,
     change_y: f64,
     groups: [Group; 3],
-    /// The forces with the least residual so far.
-    best: [f64; 6],
 }
 
 /// The same of a group of friction.
@@ -95,7 +93,7 @@ pub fn solve(task: &Task, island: &mut Island, rounds: usize) -> Outcome {
         outcome.residual = residual(island);
         if outcome.residual < least {
             least = outcome.residual;
-            island.constraints.iter().zip(&mut inner).for_each(|(c, inner)| inner.best = c.force);
+            island.keep(|c| c.force);
         }
         if !outcome.residual.is_finite() {
             // Nearer to an inequality than numbers can tell.
@@ -117,7 +115,7 @@ pub fn solve(task: &Task, island: &mut Island, rounds: usize) -> Outcome {
         take_x(island);
     }
     if least.is_finite() && !(0.0..=TOLERANCE).contains(&outcome.residual) {
-        island.constraints.iter_mut().zip(&inner).for_each(|(c, inner)| c.force = inner.best);
+        island.take_kept();
         outcome.residual = residual(island);
     }
     island.interior = inner;
@@ -202,7 +200,7 @@ fn largest(c: &Constraint) -> f64 {
 fn begin(constraints: &mut [Constraint], inner: &mut Vec<Interior>, tau: f64) {
     inner.resize(constraints.len(), Interior::default());
     for (c, inner) in constraints.iter_mut().zip(inner) {
-        *inner = Interior { best: inner.best, ..Interior::default() };
+        *inner = Interior::default();
         c.force = [0.0; 6];
         match c.cone.kind {
             Kind::TwoSided => (0..c.cone.dim).for_each(|k| c.force[k] = -c.cone.d[k] * c.y[k]),

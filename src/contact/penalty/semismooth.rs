@@ -6,7 +6,9 @@
 //!
 //! Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution methods,
 //! Comput. Methods Appl. Mech. Engrg. 92 (1991), 353–375; T. De Luca, F. Facchinei, C. Kanzow, A semismooth equation approach to
-//! the solution of nonlinear complementarity problems, Math. Program. 75 (1996), 407–439, for shorter steps.
+//! the solution of nonlinear complementarity problems, Math. Program. 75 (1996), 407–439, for shorter steps; R. M. Chamberlain,
+//! M. J. D. Powell, C. Lemaréchal, H. C. Pedersen, The watchdog technique for forcing convergence in algorithms for constrained
+//! optimization, Math. Program. Study 16 (1982), 1–17.
 
 use super::super::Task;
 use super::super::block_factor::Shape;
@@ -38,12 +40,15 @@ pub fn solve(task: &Task, island: &mut Island, mut least: f64, most: usize) -> O
 }
 
 /// Takes at most `most` steps from the forces that the constraints have, each as long as it lessens what the forces lack: the
-/// whole of it, a half or a quarter. Out: the forces that lack least, and in `p` what they do.
+/// whole of it, a half or a quarter. The first that lessens nothing is taken whole all the same, over a kink, and counts if those
+/// after it come out below (a watchdog). Out: the forces that lack least, and in `p` what they do.
 ///
 /// In: `residual` of these forces, with `change` and `p`.
 pub fn descend(task: &Task, island: &mut Island, residual: f64, most: usize) -> Outcome {
     let mut outcome = Outcome { iterations: 0, residual };
     let mut least = lack(&island.constraints);
+    // What was lacking before a step that lessened nothing.
+    let mut before = None;
     while outcome.iterations < most {
         outcome.iterations += 1;
         for c in &mut island.constraints {
@@ -54,31 +59,44 @@ pub fn descend(task: &Task, island: &mut Island, residual: f64, most: usize) -> 
         w.copy_from_slice(p);
         step(task, island);
         outcome.residual = misfit(island);
-        let mut part = 1.0;
-        loop {
-            let left = lack(&island.constraints);
-            if outcome.residual <= TOLERANCE {
-                return outcome;
-            }
-            if left <= (1.0 - LESSENED * part) * least {
-                least = left;
+        let (mut part, mut left) = (1.0, lack(&island.constraints));
+        let lessens = |part: f64, left: f64| left <= (1.0 - LESSENED * part) * least;
+        while outcome.residual > TOLERANCE && !lessens(part, left) && part > SHORTEST {
+            part *= 0.5;
+            outcome.residual = stretch(island, 0.5);
+            left = lack(&island.constraints);
+        }
+        if outcome.residual <= TOLERANCE {
+            return outcome;
+        }
+        if !lessens(part, left) {
+            if before.is_some() {
                 break;
             }
-            let shorter = part > SHORTEST;
-            part *= 0.5;
-            let back = |from: f64, to: f64| if shorter { 0.5 * (from + to) } else { from };
-            let Island { w, p, constraints, .. } = island;
-            p.iter_mut().zip(w).for_each(|(p, w)| *p = back(*w, *p));
-            for c in constraints {
-                (0..c.cone.dim).for_each(|k| c.force[k] = back(c.start[k], c.force[k]));
-            }
-            outcome.residual = misfit(island);
-            if !shorter {
-                return outcome;
-            }
+            before = Some(least);
+            island.keep(|c| c.start);
+            outcome.residual = stretch(island, 1.0 / part);
+            left = lack(&island.constraints);
         }
+        least = left;
+        before = before.filter(|before| least >= *before);
+    }
+    if before.is_some() {
+        island.take_kept();
+        accelerate(island);
+        outcome.residual = misfit(island);
     }
     outcome
+}
+
+/// Makes a step so many times as long. Out: the residual.
+fn stretch(island: &mut Island, by: f64) -> f64 {
+    let Island { w, p, constraints, .. } = island;
+    p.iter_mut().zip(w).for_each(|(p, w)| *p = *w + by * (*p - *w));
+    for c in constraints {
+        (0..c.cone.dim).for_each(|k| c.force[k] = c.start[k] + by * (c.force[k] - c.start[k]));
+    }
+    misfit(island)
 }
 
 /// Of a step of [`descend`]. In 500 steps of a falling heap of 30 shapes a quarter takes 18,955 linear systems, a sixteenth 19,457,
