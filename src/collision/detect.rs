@@ -46,7 +46,8 @@ fn apart(pair: &Pair, xpos: &[Vec3], xmat: &[Mat3]) -> bool {
 
 fn collide(model: &Model, pair: &Pair, xpos: &[Vec3], xmat: &[Mat3], hits: &mut Hits, contacts: &mut Vec<Contact>) {
     let Some(touch) = collider(pair.kind[0], pair.kind[1]) else { return };
-    let [a, b] = pair.geom.map(|g| Placed { size: &model.geoms[g].size, pos: &xpos[g], mat: &xmat[g] });
+    let placed = |g: usize| Placed { size: &model.geoms[g].size, pos: &xpos[g], mat: &xmat[g] };
+    let (a, b) = (placed(pair.geom[0]), placed(pair.geom[1]));
     let mix = &model.mixes[pair.mix];
     hits.clear();
     touch(&a, &b, mix.margin + mix.gap, hits);

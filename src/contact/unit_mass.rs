@@ -115,6 +115,7 @@ pub fn acceleration_of_mover(t: usize, free: &FreeBody, tree: &Tree, data: &Data
 /// qacc and qfrc_constraint of a free joint from its mover's acceleration and the part of it that constraints cause.
 ///
 ///     F = m (a − a₀),  τ = I (α − α₀)        about the centre of mass, τ in principal axes
+#[inline(always)]
 pub fn finish_free(free: &FreeBody, aligned: bool, tree: &Tree, data: &mut Data, a: &Row, change: &Row) {
     let (mover, body) = (&data.movers[tree.bodies.start], tree.bodies.start);
     let force = vec3(&change[..3]) * free.mass;
