@@ -177,6 +177,7 @@ pub fn exact(a: GeomKind, b: GeomKind) -> bool {
 /// with t the pair's own tangent, or else the world's y axis, or its z axis where the normal is within 60° of y.
 ///
 /// Source: MuJoCo 4.0 manual, Computation › Contact › frame; which axis is chosen was found by running it.
+#[inline(always)]
 pub fn frame(normal: &Vec3, tangent: &Vec3) -> Mat3 {
     let mut t = *tangent;
     if t.norm_squared() < 0.25 {

@@ -118,15 +118,16 @@ pub fn acceleration_of_mover(t: usize, free: &FreeBody, tree: &Tree, data: &Data
 #[inline(always)]
 pub fn finish_free(free: &FreeBody, aligned: bool, tree: &Tree, data: &mut Data, a: &Row, change: &Row) {
     let (mover, body) = (&data.movers[tree.bodies.start], tree.bodies.start);
-    let force = vec3(&change[..3]) * free.mass;
-    let torque = vec3(&change[3..]).component_mul(&free.inertia);
+    let (m, inertia) = (free.mass, &free.inertia);
+    let wrench: Row = std::array::from_fn(|i| change[i] * [m, m, m, inertia.x, inertia.y, inertia.z][i]);
     let (qacc, qfrc) = (&mut data.qacc[tree.dofs.clone()], &mut data.qfrc_constraint[tree.dofs.clone()]);
-    qfrc[..3].copy_from_slice(force.as_slice());
     if aligned {
         qacc.copy_from_slice(a);
-        qfrc[3..].copy_from_slice(torque.as_slice());
+        qfrc.copy_from_slice(&wrench);
         return;
     }
+    let (force, torque) = (vec3(&wrench[..3]), vec3(&wrench[3..]));
+    qfrc[..3].copy_from_slice(force.as_slice());
     let lever = mover.com - data.xpos[body];
     let turn = vec3(&a[3..]);
     let origin = vec3(&a[..3]) - (mover.axes * turn).cross(&lever);
