@@ -175,6 +175,16 @@ impl<'m> Controlled<'m> {
         &self.state
     }
 
+    /// Where the last step began.
+    pub fn before(&self) -> &State {
+        &self.before
+    }
+
+    /// Law and integrator of its steps.
+    pub fn method(&self) -> &Method {
+        &self.method
+    }
+
     /// The step that will be tried next, s.
     pub fn next_step(&self) -> f64 {
         self.next

@@ -6,6 +6,7 @@
 //! the same landing. A run of an integrator of another order errs otherwise: how far the two are apart is what the worse of
 //! them errs, or nearly so.
 
+use super::between::Between;
 use super::{Choice, MOST_EVALUATIONS, SAMPLES, Stepping};
 use crate::sweep::Case;
 use crate::sweep::trajectory::{Pose, distance, poses};
@@ -32,6 +33,8 @@ pub struct Rung {
     end: State,
     /// Nothing touched, and no constraint acted, at any step and at the end: the motion has all its derivatives.
     pub smooth: bool,
+    /// Something may have touched between two steps: it tells nothing.
+    blind: bool,
     /// From the rung before, m; none for the first, and where one of the two ended early.
     difference: Option<f64>,
     /// Runs of fixed steps that are several times as long (see `FAR`): how many times, and how far off they are, m.
@@ -74,6 +77,8 @@ struct Paused<'c> {
     knob: f64,
     samples: Vec<Vec<Pose>>,
     smooth: bool,
+    between: Option<Between>,
+    blind: bool,
     last: State,
 }
 
@@ -260,7 +265,7 @@ impl<'c> Ladder<'c> {
             Some([apart, error, self.margin(k) * error])
         };
         let none = Bound { error: f64::INFINITY, most: f64::INFINITY };
-        if rungs[rung].stride > 1 {
+        if rungs[rung].stride > 1 || rungs[rung].blind {
             return none;
         }
         let as_fine = finer(rung).map(|[_, error, most]| Bound { error, most });
@@ -393,7 +398,7 @@ impl<'c> Ladder<'c> {
         }
         let k = self.rungs.len() - 1;
         // Once may be an accident, and large tolerances blind.
-        let fine = !self.controlled || self.rungs[k].knob <= FINE;
+        let fine = (!self.controlled || self.rungs[k].knob <= FINE) && !self.rungs[k].blind;
         self.stuck |= k > BLIND && fine && [k - 1, k].iter().all(|k| self.order(*k).is_some_and(|order| order <= NONE));
     }
 
@@ -421,6 +426,7 @@ impl<'c> Ladder<'c> {
 fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) -> Rung {
     let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(&case.model), Data::new(&case.model));
     let (mut samples, mut steps, mut evaluations, mut smooth) = (Vec::new(), 0, 0, true);
+    let (mut between, mut blind, mut before) = (Between::new(case), false, state.clone());
     'run: for _ in 0..SAMPLES / stride {
         for _ in 0..each {
             if evaluations > most || step(&case.model, method, &mut state, &mut data).is_err() {
@@ -429,21 +435,26 @@ fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) 
             steps += 1;
             evaluations += data.counts.forwards;
             smooth &= free(&case.model, &data);
+            if let Some(between) = between.as_mut().filter(|_| smooth && !blind) {
+                blind = between.missed(method, &before, &state);
+                before.copy_from(&state);
+            }
         }
         samples.push(poses(&case.model, &state.qpos, &mut scratch));
     }
     let (timestep, planned) = (method.timestep, (each * SAMPLES / stride) as f64);
-    smooth &= ends_free(case, method, &state, &mut data);
+    smooth &= !blind && ends_free(case, method, &state, &mut data);
     evaluations += 1;
     let (knob, effort, difference, end, far) = (timestep, None, None, state, Vec::new());
-    Rung { knob, samples, evaluations, stride, timestep, steps, planned, effort, end, smooth, difference, far }
+    Rung { knob, samples, evaluations, stride, timestep, steps, planned, effort, end, smooth, blind, difference, far }
 }
 
 impl<'c> Paused<'c> {
     fn new(case: &'c Case, method: &Method, tolerance: f64) -> Option<Paused<'c>> {
         let end = case.start.time + case.seconds;
         let run = Controlled::new(&case.model, method, &case.start, tolerance, end).ok()?;
-        Some(Paused { run, knob: tolerance, samples: Vec::new(), smooth: true, last: case.start.clone() })
+        let (between, last) = (Between::new(case), case.start.clone());
+        Some(Paused { run, knob: tolerance, samples: Vec::new(), smooth: true, between, blind: false, last })
     }
 
     fn evaluations(&self) -> f64 {
@@ -468,6 +479,9 @@ impl<'c> Paused<'c> {
                     return true;
                 }
                 self.smooth &= free(&case.model, self.run.data());
+                if let Some(between) = self.between.as_mut().filter(|_| self.smooth && !self.blind) {
+                    self.blind = between.missed(self.run.method(), self.run.before(), self.run.state());
+                }
             }
             let Ok(state) = self.run.at(time, usize::MAX) else { return true };
             self.samples.push(poses(&case.model, &state.qpos, &mut scratch));
@@ -478,12 +492,27 @@ impl<'c> Paused<'c> {
 
     fn rung(self, case: &Case, method: &Method) -> Rung {
         let evaluations = self.evaluations() as usize + 1;
-        let Paused { run, knob, samples, smooth, last: end } = self;
+        let Paused { run, knob, samples, smooth, blind, last: end, .. } = self;
         let effort = run.effort();
-        let smooth = smooth && ends_free(case, method, &end, &mut Data::new(&case.model));
+        let smooth = smooth && !blind && ends_free(case, method, &end, &mut Data::new(&case.model));
         let (timestep, steps, planned) = (method.timestep, effort.steps + effort.rejected, 0.0);
         let (effort, difference, far) = (Some(effort), None, Vec::new());
-        Rung { knob, samples, evaluations, stride: 1, timestep, steps, planned, effort, end, smooth, difference, far }
+        let stride = 1;
+        Rung {
+            knob,
+            samples,
+            evaluations,
+            stride,
+            timestep,
+            steps,
+            planned,
+            effort,
+            end,
+            smooth,
+            blind,
+            difference,
+            far,
+        }
     }
 }
 

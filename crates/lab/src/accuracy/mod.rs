@@ -12,6 +12,7 @@
 //!
 //! Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, §II.4 (Richardson).
 
+mod between;
 pub mod horizon;
 mod ladder;
 mod run;

@@ -1,0 +1,194 @@
+//! What may have touched between the two ends of a step, unseen at either: a thin wall that was jumped over, a ceiling or a
+//! joint's limit that was grazed.
+//!
+//! Let x be what two geoms are apart, or a joint from its limit, and ẋ its rate, both known at the ends of a step of h. Where both
+//! ends see the same contact, x between them is nearly the cubic with these values and rates; where they do not, x is taken to
+//! change at the rate of the one that sees it. The step may have missed a touch if that is not above zero throughout.
+//!
+//! Far from everything nothing is looked at: geoms that were apart by x cannot touch before they have moved by x.
+
+use penny::control::sizes;
+use penny::data::Data;
+use penny::dynamics::{twist, xipos};
+use penny::forward::{Method, forward};
+use penny::math::Vec3;
+use penny::model::{JointKind, Model};
+use penny::state::State;
+
+use crate::sweep::Case;
+
+/// The looks of one run.
+pub struct Between {
+    /// The scene, whose contacts are listed from `gap` on (m), and do not push sooner than they do.
+    model: Model,
+    data: Data,
+    gap: f64,
+    /// How far a unit of each dof moves what it carries, m per m or per rad.
+    sizes: Vec<f64>,
+    /// What all geoms were apart at least at the last look, and how far they may have moved since, m.
+    apart: f64,
+    moved: f64,
+    touching: bool,
+    tendons: bool,
+}
+
+/// What is near at one end of a step.
+struct Near {
+    /// The geoms and the feature; or the tendon and its end.
+    key: ([u32; 2], u32),
+    /// From the first geom to the second.
+    normal: Vec3,
+    /// x, m, and its rate, m/s.
+    x: f64,
+    rate: f64,
+}
+
+/// The key of a tendon's limits, in place of geoms.
+const TENDON: u32 = u32::MAX;
+
+impl Between {
+    /// Looks for a run that begins where the case does; `None` where nothing could touch.
+    pub fn new(case: &Case) -> Option<Between> {
+        let flags = &case.model.opt.flags;
+        let touching = flags.contact && !(case.model.pairs.listed.is_empty() && case.model.pairs.swept.is_empty());
+        let limits = flags.limit && case.model.joints.iter().any(|j| j.range.is_some());
+        let tendons = flags.limit && case.model.tendons.iter().any(|t| t.range.is_some());
+        if !flags.constraint || !(touching || limits || tendons) {
+            return None;
+        }
+        let model = case.model.clone();
+        let mut data = Data::new(&model);
+        let sizes = sizes(&model, &case.start.qpos, &mut data);
+        Some(Between { model, data, gap: 0.0, sizes, apart: 0.0, moved: 0.0, touching, tendons })
+    }
+
+    /// Whether something may have touched in a step at whose ends nothing does.
+    pub fn missed(&mut self, method: &Method, before: &State, after: &State) -> bool {
+        let h = after.time - before.time;
+        if self.jumped_limit(before, after, h) {
+            return true;
+        }
+        if !self.touching && !self.tendons {
+            return false;
+        }
+        // Two bodies may move towards one another.
+        let reach = 2.0 * self.speed(before).max(self.speed(after)) * h;
+        if !reach.is_finite() {
+            // The run says so itself.
+            return false;
+        }
+        self.moved += reach;
+        if self.moved < self.apart && !self.tendons {
+            return false;
+        }
+        if 2.0 * reach > self.gap && !self.widen(4.0 * reach) {
+            return true;
+        }
+        let Some(start) = self.near(method, before) else { return true };
+        if reach < self.apart && !self.tendons {
+            self.moved = reach;
+            return false;
+        }
+        let Some(end) = self.near(method, after) else { return true };
+        self.moved = 0.0;
+        let passed = |near: &Near, other: Option<&Near>, towards: f64| match other {
+            Some(other) if near.normal.dot(&other.normal) > ALIKE => {
+                let ends = if towards > 0.0 { [near, other] } else { [other, near] };
+                least(ends.map(|near| [near.x, near.rate]), h) <= 0.0
+            }
+            _ => near.x + (towards * near.rate).min(0.0) * h <= 0.0,
+        };
+        // What touches at an end is seen by the run.
+        let seen = |near: &Near| [&start, &end].into_iter().flatten().any(|n| n.key.0 == near.key.0 && n.x <= 0.0);
+        let other = |near: &Near, list: &[Near]| list.iter().position(|n| n.key == near.key);
+        start.iter().any(|near| !seen(near) && passed(near, other(near, &end).map(|k| &end[k]), 1.0))
+            || end.iter().any(|near| !seen(near) && passed(near, other(near, &start).map(|k| &start[k]), -1.0))
+    }
+
+    /// The fastest that anything moves, m/s, at most.
+    fn speed(&self, state: &State) -> f64 {
+        let of = |dofs: std::ops::Range<usize>| dofs.map(|d| self.sizes[d] * state.qvel[d].abs()).sum::<f64>();
+        self.model.trees.iter().map(|tree| of(tree.dofs.clone())).fold(0.0, f64::max)
+    }
+
+    /// Lists contacts from farther on. Out: whether it can.
+    fn widen(&mut self, gap: f64) -> bool {
+        self.gap = gap;
+        let wide = self.model.edit(|m| {
+            m.geoms.iter_mut().for_each(|g| g.gap = gap);
+            m.mixes.iter_mut().for_each(|mix| mix.gap = gap);
+        });
+        wide.is_ok()
+    }
+
+    /// What is near in a state, and in `apart` how near; `None` where that is too much.
+    fn near(&mut self, method: &Method, state: &State) -> Option<Vec<Near>> {
+        let Between { model, data, .. } = self;
+        data.counts = Default::default();
+        forward(model, method, state, data);
+        if data.counts.crowded > 0 {
+            return None;
+        }
+        let mut list: Vec<Near> = Vec::new();
+        for c in &data.contacts {
+            let velocity = |body: u32| {
+                let twist = twist(model, data, body as usize);
+                let (v, w) = (Vec3::new(twist[0], twist[1], twist[2]), Vec3::new(twist[3], twist[4], twist[5]));
+                v + w.cross(&(c.pos - xipos(model, data, body as usize)))
+            };
+            let normal = c.frame.row(0).transpose();
+            let rate = normal.dot(&(velocity(c.body[1]) - velocity(c.body[0])));
+            let x = c.dist - model.mixes[c.mix as usize].margin;
+            list.push(Near { key: (c.geom, c.feature), normal, x, rate });
+        }
+        self.apart = list.iter().map(|near| near.x).fold(self.gap, f64::min);
+        for (t, tendon) in model.tendons.iter().enumerate().filter(|_| self.tendons) {
+            let Some([lower, upper]) = tendon.range else { continue };
+            let (length, rate) = (data.ten_length[t], data.ten_velocity[t]);
+            for (end, x, rate) in [(0, length - lower, rate), (1, upper - length, -rate)] {
+                let x = x - tendon.margin;
+                list.push(Near { key: ([TENDON, t as u32], end), normal: Vec3::x(), x, rate });
+            }
+        }
+        Some(list)
+    }
+
+    /// Whether a joint was beyond its limit in the step, and is not at its ends.
+    fn jumped_limit(&self, before: &State, after: &State, h: f64) -> bool {
+        let limited = self.model.joints.iter().filter(|_| self.model.opt.flags.limit);
+        limited.filter_map(|j| Some((j, j.range?))).any(|(joint, [lower, upper])| {
+            let of = |state: &State| {
+                let (q, v) = (&state.qpos[joint.qposadr..], &state.qvel[joint.dofadr..]);
+                match joint.kind {
+                    JointKind::Slide | JointKind::Hinge => [[q[0] - lower, v[0]], [upper - q[0], -v[0]]],
+                    _ => {
+                        let angle = 2.0 * Vec3::new(q[1], q[2], q[3]).norm().atan2(q[0].abs());
+                        let rate = Vec3::new(v[0], v[1], v[2]).norm();
+                        // At worst it turns there and back.
+                        [[lower.max(upper) - angle, -rate], [lower.max(upper) - angle, -rate]]
+                    }
+                }
+            };
+            let (start, end) = (of(before), of(after));
+            let ball = joint.kind == JointKind::Ball;
+            (0..2).any(|side| {
+                let ([x0, r0], [x1, r1]) = (start[side], end[side]);
+                let (x0, x1) = (x0 - joint.margin, x1 - joint.margin);
+                x0 > 0.0 && x1 > 0.0 && least([[x0, r0], [x1, if ball { -r1 } else { r1 }]], h) <= 0.0
+            })
+        })
+    }
+}
+
+/// Normals are of one contact if the cosine of the angle between them is larger.
+const ALIKE: f64 = 0.5;
+
+/// The least of the cubic with these values and rates at the ends of a step, nearly.
+fn least([[x0, r0], [x1, r1]]: [[f64; 2]; 2], h: f64) -> f64 {
+    const POINTS: usize = 32;
+    let at = |t: f64| {
+        let s = 1.0 - t;
+        s * s * ((1.0 + 2.0 * t) * x0 + t * h * r0) + t * t * ((1.0 + 2.0 * s) * x1 - s * h * r1)
+    };
+    (0..=POINTS).map(|k| at(k as f64 / POINTS as f64)).fold(f64::INFINITY, f64::min)
+}
