@@ -1,6 +1,6 @@
 //! `penny rollout`: a world's result is its own, whatever runs beside it, and nothing is lost.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn penny(args: &[&str]) -> Output {
@@ -76,21 +76,116 @@ fn a_table_gives_each_world_what_its_row_says() {
     assert_eq!(speeds, [1.0, 2.0]);
 }
 
+/// Starts a rollout and ends it as a power failure would, with some rows written; the last one is cut then.
+fn killed(args: &[&str], out: &Path) {
+    let unfinished = beside(out, ".unfinished");
+    let quiet = std::process::Stdio::null;
+    let mut child = Command::new(env!("CARGO_BIN_EXE_penny"))
+        .current_dir(crate::ROOT)
+        .args(args)
+        .stdout(quiet())
+        .stderr(quiet())
+        .spawn()
+        .expect("penny starts");
+    patiently("rows come", || std::fs::read_to_string(&unfinished).is_ok_and(|text| text.lines().count() > 1));
+    child.kill().and_then(|()| child.wait()).expect("it ends");
+    let text = std::fs::read_to_string(&unfinished).expect("rows");
+    std::fs::write(&unfinished, &text[..text.len() - 5]).expect("a file");
+}
+
+fn patiently(what: &str, done: impl Fn() -> bool) {
+    let start = std::time::Instant::now();
+    while !done() {
+        assert!(start.elapsed().as_secs() < 60, "{what}");
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+}
+
+fn beside(out: &Path, end: &str) -> PathBuf {
+    PathBuf::from(format!("{}{end}", out.display()))
+}
+
+/// Of as many worlds as are wanted: killed while the first pieces are there.
+fn begun(out: &Path, more: &[&str]) {
+    let path = out.to_str().expect("text");
+    let length = ["rollout", "models/box.xml", "--time", "0.1", "--worlds", "1000000", "--threads", "1", "--out", path];
+    killed(&[&length[..], &VARY, more].concat(), out);
+}
+
 #[test]
 fn what_was_interrupted_goes_on_and_ends_the_same() {
     let folder = folder("resume");
-    let whole = rows(&folder.join("whole.csv"), &["--worlds", "40"]);
     let out = folder.join("cut.csv");
-    // As a kill in the middle of a write leaves it.
-    let cut = &whole[..whole.len() / 2];
-    std::fs::write(folder.join("cut.csv.unfinished"), cut).expect("a file");
+    begun(&out, &[]);
+    let unfinished = std::fs::read_to_string(beside(&out, ".unfinished")).expect("rows");
+    let worlds = (unfinished.lines().count() + 20).to_string();
+    let whole = rows(&folder.join("whole.csv"), &["--worlds", &worlds]);
     let path = out.to_str().expect("text");
-    let anew =
-        penny(&[&["rollout", "models/box.xml", "--time", "0.1", "--out", path, "--worlds", "40"][..], &VARY].concat());
+    let anew = penny(
+        &[&["rollout", "models/box.xml", "--time", "0.1", "--out", path, "--worlds", &worlds][..], &VARY].concat(),
+    );
     assert_eq!(anew.status.code(), Some(2));
     assert!(crate::said(&anew).contains("--resume"), "{}", crate::said(&anew));
-    assert_eq!(rows(&out, &["--worlds", "40", "--resume"]), whole);
-    assert!(!folder.join("cut.csv.unfinished").exists());
+    assert_eq!(rows(&out, &["--worlds", &worlds, "--resume", "--threads", "2"]), whole);
+    assert_eq!(std::fs::read_dir(&folder).expect("there").count(), 2, "something else is left");
+}
+
+#[test]
+fn another_rollout_is_not_gone_on_with() {
+    let folder = folder("another");
+    let [scene, out, table] = ["box.xml", "out.csv", "table.csv"].map(|name| folder.join(name));
+    let [path, to, listed] = [&scene, &out, &table].map(|path| path.to_str().expect("text"));
+    let text = std::fs::read_to_string(crate::file("models/box.xml")).expect("the scene");
+    std::fs::write(&scene, &text).expect("a scene");
+    let begin = ["rollout", path, "--out", to];
+    let vary = ["--time", "0.1", "--vary", "qvel[0]=1..3"];
+    killed(&[&begin[..], &vary, &["--worlds", "1000000", "--threads", "1"]].concat(), &out);
+    let unfinished = std::fs::read_to_string(beside(&out, ".unfinished")).expect("rows");
+    let refused = |args: &[&str], told: &str| {
+        let run = penny(&[&begin[..], args, &["--resume"]].concat());
+        let said = crate::said(&run);
+        assert!(run.status.code() == Some(2) && said.contains(told), "{args:?}: {said}");
+        assert_eq!(std::fs::read_to_string(beside(&out, ".unfinished")).expect("rows"), unfinished, "{args:?}");
+    };
+    for (more, told) in [
+        (&["--seed", "1"][..], "--seed 0, now 1"),
+        (&["--contact", "mujoco"], "--contact tutorial, now mujoco"),
+        (&["--integrator", "rk4"], "--integrator semi-implicit-euler, now rk4"),
+        (&["--timestep", "0.002"], "--timestep 0.001, now 0.002"),
+        (&["--rounds", "1"], "--rounds"),
+        (&["--gravity", "0 0 -1"], "--gravity"),
+        (&["--solref", "0.1 1"], "--solref"),
+        (&["--qvel", "0 1 0"], "--qvel"),
+        (&["--worlds", "1"], "worlds already, now there are 1"),
+        (&["--show", "energy"], "columns"),
+    ] {
+        refused(&[&vary[..], more].concat(), told);
+    }
+    refused(&["--time", "0.2", "--vary", "qvel[0]=1..3"], "--time 0.1, now 0.2");
+    refused(&["--steps", "101", "--vary", "qvel[0]=1..3"], "--time 0.1, now 0.101");
+    refused(&["--time", "0.1", "--vary", "qvel[0]=1..3.5"], "--vary qvel[0]=1..3, now qvel[0]=1..3.5");
+    refused(&[&vary[..], &["--accuracy", "1e-3"]].concat(), "--accuracy none, now 0.001");
+    std::fs::write(&table, "qvel[0]\n1\n").expect("a table");
+    refused(&["--time", "0.1", "--table", listed], "--table was another");
+    std::fs::write(&scene, text.replace("mass=\"1\"", "mass=\"2\"")).expect("a scene");
+    refused(&vary, "the scene has changed since");
+    std::fs::write(&scene, &text).expect("a scene");
+    std::fs::remove_file(beside(&out, ".unfinished.json")).expect("it is there");
+    refused(&vary, "remove");
+}
+
+#[test]
+fn another_table_is_not_gone_on_with() {
+    let folder = folder("tables");
+    let [out, table] = ["out.csv", "table.csv"].map(|name| folder.join(name));
+    let [to, listed] = [&out, &table].map(|path| path.to_str().expect("text"));
+    let rows = |first: &str| format!("qvel[0]\n{first}\n{}", "1\n".repeat(20_000));
+    std::fs::write(&table, rows("1")).expect("a table");
+    let args = ["rollout", "models/box.xml", "--time", "0.1", "--threads", "1", "--out", to, "--table", listed];
+    killed(&args, &out);
+    std::fs::write(&table, rows("2")).expect("a table");
+    let run = penny(&[&args[..], &["--resume"]].concat());
+    assert!(run.status.code() == Some(2) && crate::said(&run).contains("--table was another"), "{}", crate::said(&run));
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! `penny rollout`: many worlds of one scene, each with a start and parameters of its own, on all cores.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -24,8 +23,10 @@ use penny_lab::names;
 use penny_lab::record::{self, Recorder};
 use penny_lab::sweep::Case;
 
+mod unfinished;
 mod vary;
 
+use unfinished::{Unfinished, settings};
 use vary::{Slot, Vary, random};
 
 #[derive(clap::Args)]
@@ -86,7 +87,8 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Problem(why.to_owned()));
     }
     let written = [("--out", Some(args.out.as_path()))];
-    let mut model = scene::load_apart(&args.scene, &args.limits, &written)?;
+    let read = scene::load_apart(&args.scene, &args.limits, &written)?;
+    let mut model = read.clone();
     args.overrides.apply(&mut model)?;
     let method = args.method.method(&model)?;
     let start = args.start.state(&model)?;
@@ -103,8 +105,9 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     }
     header.extend(record::columns(&model, &shown));
     let header = header.iter().map(|name| record::quoted(name)).collect::<Vec<_>>().join(",");
-    let unfinished = unfinished(&args.out);
-    let (mut out, done) = open(&unfinished, &header, args.resume, plan.worlds)?;
+    let unfinished = Unfinished::of(&args.out);
+    let settings = settings(args, [&read, &model], &method, &start, seconds, &plan);
+    let (mut out, done) = unfinished.open(&settings, &header, args.resume, plan.worlds)?;
     let interrupt = Interrupt::watch()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
     let pool = pool.map_err(|e| Failure::Problem(format!("error: no threads: {e}")))?;
@@ -121,11 +124,15 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         let rows: Vec<_> = pool.install(|| piece.clone().into_par_iter().map(run).collect());
         for row in rows {
             // The first world's that cannot be, whichever thread was first.
-            let (row, failed) = row.inspect_err(|_| forget(&unfinished, world))?;
+            let (row, failed) = row.inspect_err(|_| {
+                if world == 0 {
+                    unfinished.remove()
+                }
+            })?;
             failures += usize::from(failed);
-            writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished, &e))?;
+            writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
         }
-        out.flush().map_err(|e| files::cannot_write(&unfinished, &e))?;
+        out.flush().map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
         world = piece.end;
         progress.set_position(world as u64);
     }
@@ -136,15 +143,15 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         eprintln!(
             "warning: interrupted after {world} of {}: they are in {}; go on with --resume",
             count(plan.worlds, "world", "worlds"),
-            unfinished.display()
+            unfinished.rows.display()
         );
         return Err(Failure::Interrupted(code));
     }
     if as_parquet {
-        to_parquet(&unfinished, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
-        forget(&unfinished, 0);
+        to_parquet(&unfinished.rows, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
+        unfinished.remove();
     } else {
-        fs::rename(&unfinished, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
+        unfinished.keep(&args.out)?;
     }
     let ran = plan.worlds - done;
     println!(
@@ -200,6 +207,13 @@ impl Plan {
                 let slots = names.iter().map(|name| slot(name)).collect::<Result<_, _>>()?;
                 Ok(Plan { worlds: rows.len(), names, slots, values: Values::Table(rows) })
             }
+        }
+    }
+
+    fn seed(&self) -> Option<u64> {
+        match &self.values {
+            Values::Random { ranges, seed } => Some(*seed).filter(|_| !ranges.is_empty()),
+            Values::Table(_) => None,
         }
     }
 
@@ -287,13 +301,6 @@ fn table(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Failure> {
     if rows.is_empty() { Err(wrong("it has no rows, so there is no world".to_owned())) } else { Ok((names, rows)) }
 }
 
-/// Removes an unfinished file that has no rows.
-fn forget(unfinished: &Path, worlds: usize) {
-    if worlds == 0 {
-        let _ = fs::remove_file(unfinished);
-    }
-}
-
 /// The rows that were written as CSV, as Parquet: the same numbers, bit for bit.
 #[cfg(feature = "parquet")]
 fn to_parquet(csv: &Path, out: &Path) -> std::io::Result<()> {
@@ -317,51 +324,6 @@ fn to_parquet(csv: &Path, out: &Path) -> std::io::Result<()> {
 #[cfg(not(feature = "parquet"))]
 fn to_parquet(_: &Path, _: &Path) -> std::io::Result<()> {
     Err(std::io::ErrorKind::Unsupported.into())
-}
-
-/// Where rows are until all are there.
-fn unfinished(out: &Path) -> PathBuf {
-    let name = out.file_name().unwrap_or_default().to_string_lossy();
-    out.with_file_name(format!("{name}.unfinished"))
-}
-
-/// The unfinished file, begun anew or to be gone on with, and how many worlds it has.
-///
-/// Errors: it cannot be written; there is one and nobody said what is to become of it; it is of another rollout.
-fn open(path: &Path, header: &str, resume: bool, worlds: usize) -> Result<(BufWriter<File>, usize), Failure> {
-    let cannot = |e: std::io::Error| files::cannot_write(path, &e);
-    if !path.exists() {
-        let mut out = BufWriter::new(File::create(path).map_err(cannot)?);
-        writeln!(out, "{header}").map_err(cannot)?;
-        return Ok((out, 0));
-    }
-    if !resume {
-        let why = format!(
-            "error: {} is there, from a rollout that was interrupted: --resume goes on with it; remove it to begin anew",
-            path.display()
-        );
-        return Err(Failure::Usage(why));
-    }
-    // Whole lines only: the last one may have been cut.
-    let mut reader = BufReader::new(File::open(path).map_err(cannot)?);
-    let (mut line, mut length, mut rows) = (String::new(), 0, 0);
-    while reader.read_line(&mut line).map_err(cannot)? > 0 && line.ends_with('\n') {
-        let right = if length == 0 { line.trim_end() == header } else { line.starts_with(&format!("{rows},")) };
-        if !right {
-            let why = format!("error: {} is of another rollout: its columns or worlds are others", path.display());
-            return Err(Failure::Usage(why));
-        }
-        rows += usize::from(length > 0);
-        length += line.len() as u64;
-        line.clear();
-    }
-    let file = OpenOptions::new().append(true).open(path).map_err(cannot)?;
-    file.set_len(length).map_err(cannot)?;
-    let mut out = BufWriter::new(file);
-    if length == 0 {
-        writeln!(out, "{header}").map_err(cannot)?;
-    }
-    Ok((out, rows.min(worlds)))
 }
 
 /// Drawn where standard error is a terminal.
