@@ -18,7 +18,6 @@ use penny::Simulation;
 use penny::draft::Draft;
 use penny::model::Model;
 use penny_lab::accuracy;
-use penny_lab::explain::Budget;
 use penny_lab::names;
 use penny_lab::record::{self, Recorder};
 use penny_lab::sweep::Case;
@@ -79,8 +78,11 @@ const WORLDS: usize = 100;
 /// Worlds that a thread has at a time: between two such pieces rows are written, and signals noticed.
 const PIECE: usize = 16;
 
+/// Threads that may be asked for where there are fewer cores.
+const THREADS: usize = 16;
+
 pub fn rollout(args: &Args) -> Result<(), Failure> {
-    let as_parquet = args.out.extension().is_some_and(|end| end == "parquet");
+    let as_parquet = can_be_written(&args.out)?;
     if as_parquet && !cfg!(feature = "parquet") {
         let why = "error: --out: this penny was built without Parquet: `cargo run --features parquet -- rollout …` builds it; \
                    a name that ends in .csv needs nothing";
@@ -93,9 +95,18 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     let method = args.method.method(&model)?;
     let start = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep)?;
+    if steps == 0 && !args.length.counted() {
+        let h = si(method.timestep, "s");
+        let why =
+            format!("error: the time is too short for a timestep of {h}: give a longer --time or a smaller --timestep");
+        return Err(Failure::Usage(why));
+    }
     let seconds = steps as f64 * method.timestep;
     let shown = record::chosen(&model, &args.show).map_err(|e| Failure::Usage(format!("error: --show: {e}")))?;
-    let plan = Plan::new(args, &model)?;
+    let mut base = Simulation::new(model.clone(), method);
+    // The start is the model's: it was checked when it was read.
+    base.restore(&start).map_err(|e| Failure::Problem(format!("error: {e}")))?;
+    let plan = Plan::new(args, &base, seconds)?;
     let mut header = vec!["world".to_owned()];
     header.extend(plan.names.iter().cloned());
     header.push("failed".to_owned());
@@ -109,31 +120,30 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     let settings = settings(args, [&read, &model], &method, &start, seconds, &plan);
     let (mut out, done) = unfinished.open(&settings, &header, args.resume, plan.worlds)?;
     let interrupt = Interrupt::watch()?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(args.threads, plan.worlds - done)).build();
     let pool = pool.map_err(|e| Failure::Problem(format!("error: no threads: {e}")))?;
-    let mut base = Simulation::new(model.clone(), method);
-    // The start is the model's: it was checked when it was read.
-    base.restore(&start).map_err(|e| Failure::Problem(format!("error: {e}")))?;
 
     let progress = bar(plan.worlds, done);
     let before = Instant::now();
     let (mut failures, mut world) = (0, done);
     while world < plan.worlds && interrupt.code().is_none() {
         let piece = world..(world + PIECE * pool.current_num_threads()).min(plan.worlds);
-        let run = |world: usize| plan.run(world, &base, seconds, &shown, wanted);
+        let run = |world: usize| plan.run(world, &base, seconds, &shown, wanted, &interrupt);
         let rows: Vec<_> = pool.install(|| piece.clone().into_par_iter().map(run).collect());
         for row in rows {
             // The first world's that cannot be, whichever thread was first.
-            let (row, failed) = row.inspect_err(|_| {
-                if world == 0 {
+            let row = row.inspect_err(|_| {
+                if piece.start == 0 {
                     unfinished.remove()
                 }
             })?;
+            // Up to the first one that a signal ended.
+            let Some((row, failed)) = row else { break };
             failures += usize::from(failed);
             writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
+            world += 1;
         }
         out.flush().map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
-        world = piece.end;
         progress.set_position(world as u64);
     }
     progress.finish_and_clear();
@@ -176,6 +186,34 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Checks the name of the results. Out: whether they are Parquet.
+///
+/// Errors: wrong usage, if it is none that they can have.
+fn can_be_written(out: &Path) -> Result<bool, Failure> {
+    let end = out.extension().map(|end| end.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let name = out.display();
+    let why = if out == Path::new("-") {
+        "error: --out: rows cannot go to standard output, since --resume goes on with them: name a file, such as worlds.csv"
+            .to_owned()
+    } else if end == "json" {
+        format!("error: --out: `{name}` would be CSV: give a name that ends in .csv or .parquet")
+    } else if out.exists() && !out.is_file() {
+        format!("error: --out: `{name}` is no file that could be replaced: name another one, such as worlds.csv")
+    } else {
+        return Ok(end == "parquet");
+    };
+    Err(Failure::Usage(why))
+}
+
+/// How many threads run so many worlds; 0 is what rayon takes for all cores.
+fn threads(asked: Option<usize>, worlds: usize) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    match asked {
+        None if worlds >= cores => 0,
+        asked => asked.unwrap_or(cores).min(cores.max(THREADS)).min(worlds.max(1)),
+    }
+}
+
 /// Which numbers each world gets.
 struct Plan {
     worlds: usize,
@@ -192,22 +230,68 @@ enum Values {
 }
 
 impl Plan {
-    fn new(args: &Args, model: &Model) -> Result<Plan, Failure> {
-        let slot = |name: &str| Slot::find(name, model).map_err(|e| Failure::Usage(format!("error: {e}")));
-        match &args.table {
+    /// For worlds that begin as `base` and run for a time (s).
+    ///
+    /// Errors: what is varied is not there, twice there, or would have a number that it cannot have.
+    fn new(args: &Args, base: &Simulation, seconds: f64) -> Result<Plan, Failure> {
+        let (names, worlds, values) = match &args.table {
             None => {
                 let names: Vec<String> = args.vary.iter().map(|v| v.name.clone()).collect();
-                let slots = names.iter().map(|name| slot(name)).collect::<Result<_, _>>()?;
                 let ranges = args.vary.iter().map(|v| v.range).collect();
-                let worlds = args.worlds.unwrap_or(WORLDS);
-                Ok(Plan { worlds, names, slots, values: Values::Random { ranges, seed: args.seed } })
+                (names, args.worlds.unwrap_or(WORLDS), Values::Random { ranges, seed: args.seed })
             }
             Some(path) => {
                 let (names, rows) = table(path)?;
-                let slots = names.iter().map(|name| slot(name)).collect::<Result<_, _>>()?;
-                Ok(Plan { worlds: rows.len(), names, slots, values: Values::Table(rows) })
+                (names, rows.len(), Values::Table(rows))
+            }
+        };
+        let wrong = |why: String| Failure::Usage(format!("error: {why}"));
+        let slots = names.iter().map(|name| Slot::find(name, base.model())).collect::<Result<Vec<_>, _>>();
+        let plan = Plan { worlds, names, slots: slots.map_err(wrong)?, values };
+        plan.each_once().map_err(wrong)?;
+        if args.accuracy.accuracy.is_some() && plan.slots.contains(&Slot::Timestep) {
+            return Err(wrong("--accuracy finds the timestep itself: leave out timestep, or --accuracy".to_owned()));
+        }
+        plan.check(args, base, seconds)?;
+        Ok(plan)
+    }
+
+    /// Errors: two names are of one number.
+    fn each_once(&self) -> Result<(), String> {
+        for (i, slot) in self.slots.iter().enumerate() {
+            if let Some(j) = (0..i).find(|&j| slot.overlaps(self.slots[j])) {
+                return Err(format!("`{}` and `{}` set the same number: leave one out", self.names[j], self.names[i]));
             }
         }
+        Ok(())
+    }
+
+    /// Errors: an end of a range, or a cell of a table, is no number that the scene can have.
+    fn check(&self, args: &Args, base: &Simulation, seconds: f64) -> Result<(), Failure> {
+        let places = || self.slots.iter().zip(&self.names);
+        match &self.values {
+            Values::Random { ranges, .. } => {
+                for ((slot, name), range) in places().zip(ranges) {
+                    for x in *range {
+                        let set = slot.check(base.model(), x, seconds).and_then(|()| slot.set(&mut base.clone(), x));
+                        set.map_err(|why| Failure::Usage(format!("error: --vary {name}: {}: {why}", short(x))))?;
+                    }
+                }
+            }
+            Values::Table(rows) => {
+                let path = args.table.as_deref().unwrap_or(Path::new("")).display();
+                for (i, row) in rows.iter().enumerate() {
+                    for ((slot, name), x) in places().zip(row) {
+                        let wrong = |why| {
+                            let row = i + 1;
+                            Failure::Problem(format!("error: --table {path}: row {row}: {name}: {}: {why}", short(*x)))
+                        };
+                        slot.check(base.model(), *x, seconds).map_err(wrong)?;
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 
     fn seed(&self) -> Option<u64> {
@@ -227,7 +311,8 @@ impl Plan {
         }
     }
 
-    /// Runs a world for a time (s), to an accuracy (m) if one is wanted. Out: its row, and whether it failed.
+    /// Runs a world for a time (s), to an accuracy (m) if one is wanted. Out: its row, and whether it failed; `None` if a
+    /// signal came meanwhile.
     ///
     /// Errors: a number that the scene cannot have.
     fn run(
@@ -237,7 +322,12 @@ impl Plan {
         seconds: f64,
         shown: &[record::Quantity],
         wanted: Option<f64>,
-    ) -> Result<(String, bool), Failure> {
+        interrupt: &Interrupt,
+    ) -> Result<Option<(String, bool)>, Failure> {
+        let interrupted = || interrupt.code().is_some();
+        if interrupted() {
+            return Ok(None);
+        }
         let numbers = self.numbers(world);
         let mut sim = base.clone();
         for ((slot, name), x) in self.slots.iter().zip(&self.names).zip(&numbers) {
@@ -249,14 +339,23 @@ impl Plan {
         let failed = match wanted {
             None => {
                 let steps = (seconds / sim.method().timestep).round() as usize;
-                let failed = sim.step_n(steps).err().map(|error| error.time());
+                let mut failed = None;
+                for _ in 0..steps {
+                    if interrupted() {
+                        return Ok(None);
+                    }
+                    if let Err(error) = sim.step() {
+                        failed = Some(error.time());
+                        break;
+                    }
+                }
                 row.push(failed.map_or_else(String::new, |time| time.to_string()));
                 failed
             }
             Some(wanted) => {
                 let case = Case { model: sim.model().clone(), start: sim.state().clone(), seconds };
                 // Without a clock: a world's row is the same on every machine.
-                match accuracy::choose(&case, sim.method().contact, wanted, &Budget::unlimited()) {
+                match accuracy::choose(&case, sim.method().contact, wanted, &interrupt.budget()) {
                     Ok(choice) => {
                         let how = if choice.effort.is_some() { " controlled" } else { "" };
                         let (by, error) = (choice.method.integrator.name, format!("{:.1e}", choice.error));
@@ -264,6 +363,7 @@ impl Plan {
                         sim.restore(&choice.end).map_err(|e| Failure::Problem(format!("error: world {world}: {e}")))?;
                         None
                     }
+                    Err(_) if interrupted() => return Ok(None),
                     Err(refusal) => {
                         row.extend([refusal.until.to_string(), "refused".to_owned()]);
                         row.extend([refusal.trial.to_string(), format!("{:.1e}", refusal.reached)]);
@@ -277,7 +377,7 @@ impl Plan {
         let sample = recorder.sample(model, state);
         let values = recorder.values(model, method, state, &sample, shown);
         row.extend(record::row(state, &sample, &values));
-        Ok((row.join(","), failed.is_some()))
+        Ok(Some((row.join(","), failed.is_some())))
     }
 }
 
