@@ -263,6 +263,16 @@ fn a_table_has_numbers_that_mean_something() {
     }
 }
 
+#[test]
+fn a_table_is_not_overwritten() {
+    let table = folder("overwritten").join("table.csv");
+    std::fs::write(&table, "qvel[x]\n1\n").expect("a table");
+    let path = table.to_str().expect("text");
+    let run = penny(&["rollout", "models/box.xml", "--time", "0.01", "--out", path, "--table", path]);
+    assert!(run.status.code() == Some(2) && crate::said(&run).contains("would overwrite"), "{}", crate::said(&run));
+    assert_eq!(std::fs::read_to_string(&table).expect("the table"), "qvel[x]\n1\n");
+}
+
 /// Stiffness and damping are numbers at most 0, as the scene has them.
 #[test]
 fn solref_is_varied_as_the_scene_has_it() {

@@ -89,6 +89,7 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Problem(why.to_owned()));
     }
     let written = [("--out", Some(args.out.as_path()))];
+    files::apart(args.table.as_slice(), &written)?;
     let read = scene::load_apart(&args.scene, &args.limits, &written)?;
     let mut model = read.clone();
     args.overrides.apply(&mut model)?;
