@@ -47,13 +47,14 @@ pub struct Args {
     /// Where the results go, a row a world: CSV, or Parquet by the name's end (a build with `--features parquet`)
     #[arg(long, short, value_name = "FILE.csv")]
     out: PathBuf,
-    /// Go on with a rollout that was interrupted: the worlds in the unfinished file are not run again
+    /// Go on with a rollout that was interrupted: the worlds in the unfinished file are not run again. Scene and options have to be
+    /// those that it was begun with; there may be more --worlds
     #[arg(long)]
     resume: bool,
     /// Which random numbers: the same seed gives every world the same ones, however many worlds there are
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Threads [default: all cores]; results do not depend on it
+    /// Threads, at most one a world and one a core, or 16 if these are more [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = scene::at_least_one)]
     threads: Option<usize>,
     /// Quantities at the end of each run that become columns: names and groups as in `penny run --show`
@@ -75,9 +76,8 @@ pub struct Args {
 
 /// Without --worlds.
 const WORLDS: usize = 100;
-/// Worlds that a thread has at a time: between two such pieces rows are written, and signals noticed.
+/// Worlds that a thread has at a time: between two such pieces rows are written.
 const PIECE: usize = 16;
-
 /// Threads that may be asked for where there are fewer cores.
 const THREADS: usize = 16;
 
