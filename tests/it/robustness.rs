@@ -374,7 +374,9 @@ fn an_interruption_leaves_the_old_file_or_a_whole_new_one() {
     Command::new("kill").arg("-INT").arg(child.id().to_string()).status().expect("kill");
     assert_eq!(child.wait().expect("it ends").code(), Some(130));
     assert!(told().contains("warning: interrupted after ") && told().contains("--resume"), "{}", told());
-    std::fs::remove_file(unfinished).expect("it is there");
+    for file in [unfinished, folder.join("w.csv.unfinished.json")] {
+        std::fs::remove_file(file).expect("it is there");
+    }
     // The old film stays while a new one is made.
     write(&folder.join("film.gif"), "old");
     let mut child = started(&folder, &["render", "scene.xml", "-o", "film.gif", "--time", "1e3"]);

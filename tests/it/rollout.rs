@@ -1,6 +1,6 @@
 //! `penny rollout`: a world's result is its own, whatever runs beside it, and nothing is lost.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn penny(args: &[&str]) -> Output {
@@ -76,21 +76,116 @@ fn a_table_gives_each_world_what_its_row_says() {
     assert_eq!(speeds, [1.0, 2.0]);
 }
 
+/// Starts a rollout and ends it as a power failure would, with some rows written; the last one is cut then.
+fn killed(args: &[&str], out: &Path) {
+    let unfinished = beside(out, ".unfinished");
+    let quiet = std::process::Stdio::null;
+    let mut child = Command::new(env!("CARGO_BIN_EXE_penny"))
+        .current_dir(crate::ROOT)
+        .args(args)
+        .stdout(quiet())
+        .stderr(quiet())
+        .spawn()
+        .expect("penny starts");
+    patiently("rows come", || std::fs::read_to_string(&unfinished).is_ok_and(|text| text.lines().count() > 1));
+    child.kill().and_then(|()| child.wait()).expect("it ends");
+    let text = std::fs::read_to_string(&unfinished).expect("rows");
+    std::fs::write(&unfinished, &text[..text.len() - 5]).expect("a file");
+}
+
+fn patiently(what: &str, done: impl Fn() -> bool) {
+    let start = std::time::Instant::now();
+    while !done() {
+        assert!(start.elapsed().as_secs() < 60, "{what}");
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+}
+
+fn beside(out: &Path, end: &str) -> PathBuf {
+    PathBuf::from(format!("{}{end}", out.display()))
+}
+
+/// Of as many worlds as are wanted: killed while the first pieces are there.
+fn begun(out: &Path, more: &[&str]) {
+    let path = out.to_str().expect("text");
+    let length = ["rollout", "models/box.xml", "--time", "0.1", "--worlds", "1000000", "--threads", "1", "--out", path];
+    killed(&[&length[..], &VARY, more].concat(), out);
+}
+
 #[test]
 fn what_was_interrupted_goes_on_and_ends_the_same() {
     let folder = folder("resume");
-    let whole = rows(&folder.join("whole.csv"), &["--worlds", "40"]);
     let out = folder.join("cut.csv");
-    // As a kill in the middle of a write leaves it.
-    let cut = &whole[..whole.len() / 2];
-    std::fs::write(folder.join("cut.csv.unfinished"), cut).expect("a file");
+    begun(&out, &[]);
+    let unfinished = std::fs::read_to_string(beside(&out, ".unfinished")).expect("rows");
+    let worlds = (unfinished.lines().count() + 20).to_string();
+    let whole = rows(&folder.join("whole.csv"), &["--worlds", &worlds]);
     let path = out.to_str().expect("text");
-    let anew =
-        penny(&[&["rollout", "models/box.xml", "--time", "0.1", "--out", path, "--worlds", "40"][..], &VARY].concat());
+    let anew = penny(
+        &[&["rollout", "models/box.xml", "--time", "0.1", "--out", path, "--worlds", &worlds][..], &VARY].concat(),
+    );
     assert_eq!(anew.status.code(), Some(2));
     assert!(crate::said(&anew).contains("--resume"), "{}", crate::said(&anew));
-    assert_eq!(rows(&out, &["--worlds", "40", "--resume"]), whole);
-    assert!(!folder.join("cut.csv.unfinished").exists());
+    assert_eq!(rows(&out, &["--worlds", &worlds, "--resume", "--threads", "2"]), whole);
+    assert_eq!(std::fs::read_dir(&folder).expect("there").count(), 2, "something else is left");
+}
+
+#[test]
+fn another_rollout_is_not_gone_on_with() {
+    let folder = folder("another");
+    let [scene, out, table] = ["box.xml", "out.csv", "table.csv"].map(|name| folder.join(name));
+    let [path, to, listed] = [&scene, &out, &table].map(|path| path.to_str().expect("text"));
+    let text = std::fs::read_to_string(crate::file("models/box.xml")).expect("the scene");
+    std::fs::write(&scene, &text).expect("a scene");
+    let begin = ["rollout", path, "--out", to];
+    let vary = ["--time", "0.1", "--vary", "qvel[0]=1..3"];
+    killed(&[&begin[..], &vary, &["--worlds", "1000000", "--threads", "1"]].concat(), &out);
+    let unfinished = std::fs::read_to_string(beside(&out, ".unfinished")).expect("rows");
+    let refused = |args: &[&str], told: &str| {
+        let run = penny(&[&begin[..], args, &["--resume"]].concat());
+        let said = crate::said(&run);
+        assert!(run.status.code() == Some(2) && said.contains(told), "{args:?}: {said}");
+        assert_eq!(std::fs::read_to_string(beside(&out, ".unfinished")).expect("rows"), unfinished, "{args:?}");
+    };
+    for (more, told) in [
+        (&["--seed", "1"][..], "--seed 0, now 1"),
+        (&["--contact", "mujoco"], "--contact tutorial, now mujoco"),
+        (&["--integrator", "rk4"], "--integrator semi-implicit-euler, now rk4"),
+        (&["--timestep", "0.002"], "--timestep 0.001, now 0.002"),
+        (&["--rounds", "1"], "--rounds"),
+        (&["--gravity", "0 0 -1"], "--gravity"),
+        (&["--solref", "0.1 1"], "--solref"),
+        (&["--qvel", "0 1 0"], "--qvel"),
+        (&["--worlds", "1"], "worlds already, now there are 1"),
+        (&["--show", "energy"], "columns"),
+    ] {
+        refused(&[&vary[..], more].concat(), told);
+    }
+    refused(&["--time", "0.2", "--vary", "qvel[0]=1..3"], "--time 0.1, now 0.2");
+    refused(&["--steps", "101", "--vary", "qvel[0]=1..3"], "--time 0.1, now 0.101");
+    refused(&["--time", "0.1", "--vary", "qvel[0]=1..3.5"], "--vary qvel[0]=1..3, now qvel[0]=1..3.5");
+    refused(&[&vary[..], &["--accuracy", "1e-3"]].concat(), "--accuracy none, now 0.001");
+    std::fs::write(&table, "qvel[0]\n1\n").expect("a table");
+    refused(&["--time", "0.1", "--table", listed], "--table was another");
+    std::fs::write(&scene, text.replace("mass=\"1\"", "mass=\"2\"")).expect("a scene");
+    refused(&vary, "the scene has changed since");
+    std::fs::write(&scene, &text).expect("a scene");
+    std::fs::remove_file(beside(&out, ".unfinished.json")).expect("it is there");
+    refused(&vary, "remove");
+}
+
+#[test]
+fn another_table_is_not_gone_on_with() {
+    let folder = folder("tables");
+    let [out, table] = ["out.csv", "table.csv"].map(|name| folder.join(name));
+    let [to, listed] = [&out, &table].map(|path| path.to_str().expect("text"));
+    let rows = |first: &str| format!("qvel[0]\n{first}\n{}", "1\n".repeat(20_000));
+    std::fs::write(&table, rows("1")).expect("a table");
+    let args = ["rollout", "models/box.xml", "--time", "0.1", "--threads", "1", "--out", to, "--table", listed];
+    killed(&args, &out);
+    std::fs::write(&table, rows("2")).expect("a table");
+    let run = penny(&[&args[..], &["--resume"]].concat());
+    assert!(run.status.code() == Some(2) && crate::said(&run).contains("--table was another"), "{}", crate::said(&run));
 }
 
 #[test]
@@ -105,12 +200,176 @@ fn what_cannot_be_varied_is_told() {
         ("colour=1..2", "cannot be varied"),
         ("qvel[0]=2..1", "comes first"),
         ("qvel[0]=2", "range"),
-        ("mass[box]=-2..-1", "world 0: mass[box]"),
+        ("qvel[0]=-1e308..1e308", "too far apart"),
+        ("mass[box]=0..1", "mass[box]: 0: the mass of a body that moves is above 0"),
+        ("mass[box]=-2..-1", "above 0"),
+        ("mass[world]=1..2", "the world does not move"),
+        ("mass[0]=1..2", "the world does not move"),
+        ("solref=-1..1", "solref: -1: the time constant of solref is above 0"),
+        ("solref[box]=0..0", "above 0"),
+        ("friction=-1..1", "0 or more"),
+        ("timestep=0..0.001", "above 0"),
+        ("timestep=0.001..1", "too short for such a step"),
+        ("timestep=1e-300..0.001", "the most is"),
     ] {
         let run = penny(&["rollout", "models/box.xml", "--time", "0.01", "--out", out, "--vary", vary]);
         assert!(!run.status.success(), "{vary}");
         assert!(crate::said(&run).contains(told), "{vary}: {}", crate::said(&run));
         assert!(!std::path::Path::new(&format!("{out}.unfinished")).exists(), "{vary}: something is left behind");
+    }
+}
+
+/// Runs a rollout of models/box.xml that is refused at once, and leaves nothing.
+fn refused(name: &str, args: &[&str], told: &str) {
+    let folder = folder(name);
+    let out = folder.join("out.csv");
+    let out = ["--out", out.to_str().expect("text")];
+    let out = if args.contains(&"-o") { &[][..] } else { &out[..] };
+    let run = penny(&[&["rollout", "models/box.xml", "--worlds", "1"], out, args].concat());
+    let said = crate::said(&run);
+    assert!(run.status.code() == Some(2) && said.contains(told), "{args:?}: {said}");
+    assert_eq!(std::fs::read_dir(&folder).expect("there").count(), 0, "{args:?}: something is left behind");
+}
+
+#[test]
+fn one_number_is_varied_once() {
+    for (one, two) in [
+        ("qvel[0]", "qvel[0]"),
+        ("qvel[0]", "qvel[x]"),
+        ("mass[box]", "mass[1]"),
+        ("friction", "friction[ground]"),
+        ("solref[box]", "solref"),
+    ] {
+        let [a, b] = [one, two].map(|name| format!("{name}=1..2"));
+        refused("once", &["--vary", &a, "--vary", &b], &format!("`{one}` and `{two}` set the same number"));
+    }
+}
+
+#[test]
+fn a_table_has_numbers_that_mean_something() {
+    let folder = folder("cells");
+    let [table, out] = ["table.csv", "out.csv"].map(|name| folder.join(name));
+    for (text, told) in [
+        ("qvel[x],qvel[0]\n1,2\n", "`qvel[x]` and `qvel[0]` set the same number"),
+        ("solref[box]\n0.1\n-1\n", "row 2: solref[box]: -1: the time constant"),
+        ("mass[box]\n0\n", "row 1: mass[box]: 0: the mass"),
+        ("mass[world]\n1\n", "the world does not move"),
+    ] {
+        std::fs::write(&table, text).expect("a table");
+        let [listed, to] = [&table, &out].map(|path| path.to_str().expect("text"));
+        let run = penny(&["rollout", "models/box.xml", "--time", "0.01", "--out", to, "--table", listed]);
+        assert!(!run.status.success() && crate::said(&run).contains(told), "{text}: {}", crate::said(&run));
+        assert_eq!(std::fs::read_dir(&folder).expect("there").count(), 1, "{text}: something is left behind");
+    }
+}
+
+#[test]
+fn a_table_is_not_overwritten() {
+    let table = folder("overwritten").join("table.csv");
+    std::fs::write(&table, "qvel[x]\n1\n").expect("a table");
+    let path = table.to_str().expect("text");
+    let run = penny(&["rollout", "models/box.xml", "--time", "0.01", "--out", path, "--table", path]);
+    assert!(run.status.code() == Some(2) && crate::said(&run).contains("would overwrite"), "{}", crate::said(&run));
+    assert_eq!(std::fs::read_to_string(&table).expect("the table"), "qvel[x]\n1\n");
+}
+
+/// Stiffness and damping are numbers at most 0, as the scene has them.
+#[test]
+fn solref_is_varied_as_the_scene_has_it() {
+    let folder = folder("stiffness");
+    let out = folder.join("out.csv");
+    let run = |vary: &str| {
+        let path = out.to_str().expect("text");
+        let more = ["--solref", "-1000 -10", "--steps", "1", "--worlds", "1", "--out", path, "--vary", vary];
+        penny(&[&["rollout", "models/box.xml"], &more[..]].concat())
+    };
+    let right = run("solref=-2000..-1000");
+    assert!(right.status.success(), "{}", crate::said(&right));
+    let wrong = run("solref=0.01..0.02");
+    assert!(crate::said(&wrong).contains("at most 0"), "{}", crate::said(&wrong));
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let cases: [(&[&str], &str); 6] = [
+        (&["-o", "-"], "name a file"),
+        (&["-o", "target/x.json"], ".csv or .parquet"),
+        (&["-o", "models"], "is no file that could be replaced"),
+        (&["--timestep", "10", "--time", "1"], "give a longer --time or a smaller --timestep"),
+        (&["--accuracy", "1e-3", "--vary", "timestep=0.001..0.002"], "leave out timestep"),
+        (&["--time", "0.1", "--vary", "timestep=0.001..0.5"], "too short for such a step"),
+    ];
+    for (args, told) in cases {
+        refused("sense", args, told);
+    }
+}
+
+/// A world of a day is ended by the first signal; the worlds before it stay.
+#[test]
+#[cfg(unix)]
+fn a_long_world_is_ended_by_a_signal() {
+    let folder = folder("long");
+    let [table, out] = ["table.csv", "out.csv"].map(|name| folder.join(name));
+    // The second world has a thousand times as many steps, the third a day of them.
+    std::fs::write(&table, "timestep\n1\n0.001\n1e-10\n1\n").expect("a table");
+    let [listed, to] = [&table, &out].map(|path| path.to_str().expect("text"));
+    let args = ["rollout", "models/box.xml", "--time", "1", "--threads", "1", "--table", listed, "--out", to];
+    let told = folder.join("told");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_penny"))
+        .current_dir(crate::ROOT)
+        .args(args)
+        .stderr(std::fs::File::create(&told).expect("a file"))
+        .spawn()
+        .expect("penny starts");
+    patiently("it begins", || beside(&out, ".unfinished").exists());
+    std::thread::sleep(std::time::Duration::from_millis(1000));
+    let kill = Command::new("kill").arg("-TERM").arg(child.id().to_string()).status().expect("kill");
+    let since = std::time::Instant::now();
+    assert!(kill.success() && child.wait().expect("it ends").code() == Some(143));
+    assert!(since.elapsed().as_secs() < 5, "it goes on after a signal");
+    let told = std::fs::read_to_string(told).expect("warnings");
+    assert!(told.contains("interrupted after 2 of 4 worlds"), "{told}");
+    let rows = std::fs::read_to_string(beside(&out, ".unfinished")).expect("rows");
+    let worlds: Vec<_> = rows.lines().map(|line| line.split(',').next().unwrap_or_default()).collect();
+    assert_eq!(worlds, ["world", "0", "1"]);
+}
+
+/// A machine is not asked for more threads than it has use for.
+#[test]
+#[cfg(target_os = "linux")]
+fn threads_are_no_more_than_have_work() {
+    let folder = folder("threads");
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    for (worlds, most) in [("3", 3), ("1000000", cores.max(16))] {
+        let out = folder.join(format!("{worlds}.csv"));
+        let to = out.to_str().expect("text");
+        let args = [
+            "rollout",
+            "models/box.xml",
+            "--steps",
+            "1000000000",
+            "--threads",
+            "100000",
+            "--worlds",
+            worlds,
+            "--out",
+            to,
+        ];
+        let quiet = std::process::Stdio::null;
+        let mut child = Command::new(env!("CARGO_BIN_EXE_penny"))
+            .current_dir(crate::ROOT)
+            .args(args)
+            .stdout(quiet())
+            .stderr(quiet())
+            .spawn()
+            .expect("penny starts");
+        let tasks = || std::fs::read_dir(format!("/proc/{}/task", child.id())).map_or(0, Iterator::count);
+        patiently("threads come", || tasks() > most.min(3));
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        let count = tasks();
+        child.kill().and_then(|()| child.wait()).expect("it ends");
+        // The main one, and the progress bar's or the signals'.
+        assert!(count <= most + 3, "{worlds}: {count} threads");
     }
 }
 

@@ -7,6 +7,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
+use penny_lab::explain::Budget;
+
 /// Whether somebody wants the program to end.
 pub struct Interrupt {
     signal: Arc<AtomicUsize>,
@@ -22,6 +24,11 @@ impl Interrupt {
             flag::register_usize(number, signal.clone(), number as usize)?;
         }
         Ok(Interrupt { signal })
+    }
+
+    /// Time without end, until a signal comes.
+    pub fn budget(&self) -> Budget {
+        Budget::until(self.signal.clone())
     }
 
     /// The exit code that shells expect of a program that a signal has ended: 130 or 143.

@@ -1,7 +1,6 @@
 //! `penny rollout`: many worlds of one scene, each with a start and parameters of its own, on all cores.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -19,13 +18,14 @@ use penny::Simulation;
 use penny::draft::Draft;
 use penny::model::Model;
 use penny_lab::accuracy;
-use penny_lab::explain::Budget;
 use penny_lab::names;
 use penny_lab::record::{self, Recorder};
 use penny_lab::sweep::Case;
 
+mod unfinished;
 mod vary;
 
+use unfinished::{Unfinished, settings};
 use vary::{Slot, Vary, random};
 
 #[derive(clap::Args)]
@@ -47,13 +47,14 @@ pub struct Args {
     /// Where the results go, a row a world: CSV, or Parquet by the name's end (a build with `--features parquet`)
     #[arg(long, short, value_name = "FILE.csv")]
     out: PathBuf,
-    /// Go on with a rollout that was interrupted: the worlds in the unfinished file are not run again
+    /// Go on with a rollout that was interrupted: the worlds in the unfinished file are not run again. Scene and options have to be
+    /// those that it was begun with; there may be more --worlds
     #[arg(long)]
     resume: bool,
     /// Which random numbers: the same seed gives every world the same ones, however many worlds there are
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Threads [default: all cores]; results do not depend on it
+    /// Threads, at most one a world and one a core, or 16 if these are more [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = scene::at_least_one)]
     threads: Option<usize>,
     /// Quantities at the end of each run that become columns: names and groups as in `penny run --show`
@@ -75,25 +76,38 @@ pub struct Args {
 
 /// Without --worlds.
 const WORLDS: usize = 100;
-/// Worlds that a thread has at a time: between two such pieces rows are written, and signals noticed.
+/// Worlds that a thread has at a time: between two such pieces rows are written.
 const PIECE: usize = 16;
+/// Threads that may be asked for where there are fewer cores.
+const THREADS: usize = 16;
 
 pub fn rollout(args: &Args) -> Result<(), Failure> {
-    let as_parquet = args.out.extension().is_some_and(|end| end == "parquet");
+    let as_parquet = can_be_written(&args.out)?;
     if as_parquet && !cfg!(feature = "parquet") {
         let why = "error: --out: this penny was built without Parquet: `cargo run --features parquet -- rollout …` builds it; \
                    a name that ends in .csv needs nothing";
         return Err(Failure::Problem(why.to_owned()));
     }
     let written = [("--out", Some(args.out.as_path()))];
-    let mut model = scene::load_apart(&args.scene, &args.limits, &written)?;
+    files::apart(args.table.as_slice(), &written)?;
+    let read = scene::load_apart(&args.scene, &args.limits, &written)?;
+    let mut model = read.clone();
     args.overrides.apply(&mut model)?;
     let method = args.method.method(&model)?;
     let start = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep)?;
+    if steps == 0 && !args.length.counted() {
+        let h = si(method.timestep, "s");
+        let why =
+            format!("error: the time is too short for a timestep of {h}: give a longer --time or a smaller --timestep");
+        return Err(Failure::Usage(why));
+    }
     let seconds = steps as f64 * method.timestep;
     let shown = record::chosen(&model, &args.show).map_err(|e| Failure::Usage(format!("error: --show: {e}")))?;
-    let plan = Plan::new(args, &model)?;
+    let mut base = Simulation::new(model.clone(), method);
+    // The start is the model's: it was checked when it was read.
+    base.restore(&start).map_err(|e| Failure::Problem(format!("error: {e}")))?;
+    let plan = Plan::new(args, &base, seconds)?;
     let mut header = vec!["world".to_owned()];
     header.extend(plan.names.iter().cloned());
     header.push("failed".to_owned());
@@ -103,30 +117,34 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     }
     header.extend(record::columns(&model, &shown));
     let header = header.iter().map(|name| record::quoted(name)).collect::<Vec<_>>().join(",");
-    let unfinished = unfinished(&args.out);
-    let (mut out, done) = open(&unfinished, &header, args.resume, plan.worlds)?;
+    let unfinished = Unfinished::of(&args.out);
+    let settings = settings(args, [&read, &model], &method, &start, seconds, &plan);
+    let (mut out, done) = unfinished.open(&settings, &header, args.resume, plan.worlds)?;
     let interrupt = Interrupt::watch()?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(args.threads, plan.worlds - done)).build();
     let pool = pool.map_err(|e| Failure::Problem(format!("error: no threads: {e}")))?;
-    let mut base = Simulation::new(model.clone(), method);
-    // The start is the model's: it was checked when it was read.
-    base.restore(&start).map_err(|e| Failure::Problem(format!("error: {e}")))?;
 
     let progress = bar(plan.worlds, done);
     let before = Instant::now();
     let (mut failures, mut world) = (0, done);
     while world < plan.worlds && interrupt.code().is_none() {
         let piece = world..(world + PIECE * pool.current_num_threads()).min(plan.worlds);
-        let run = |world: usize| plan.run(world, &base, seconds, &shown, wanted);
+        let run = |world: usize| plan.run(world, &base, seconds, &shown, wanted, &interrupt);
         let rows: Vec<_> = pool.install(|| piece.clone().into_par_iter().map(run).collect());
         for row in rows {
             // The first world's that cannot be, whichever thread was first.
-            let (row, failed) = row.inspect_err(|_| forget(&unfinished, world))?;
+            let row = row.inspect_err(|_| {
+                if piece.start == 0 {
+                    unfinished.remove()
+                }
+            })?;
+            // Up to the first one that a signal ended.
+            let Some((row, failed)) = row else { break };
             failures += usize::from(failed);
-            writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished, &e))?;
+            writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
+            world += 1;
         }
-        out.flush().map_err(|e| files::cannot_write(&unfinished, &e))?;
-        world = piece.end;
+        out.flush().map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
         progress.set_position(world as u64);
     }
     progress.finish_and_clear();
@@ -136,15 +154,15 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         eprintln!(
             "warning: interrupted after {world} of {}: they are in {}; go on with --resume",
             count(plan.worlds, "world", "worlds"),
-            unfinished.display()
+            unfinished.rows.display()
         );
         return Err(Failure::Interrupted(code));
     }
     if as_parquet {
-        to_parquet(&unfinished, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
-        forget(&unfinished, 0);
+        to_parquet(&unfinished.rows, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
+        unfinished.remove();
     } else {
-        fs::rename(&unfinished, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
+        unfinished.keep(&args.out)?;
     }
     let ran = plan.worlds - done;
     println!(
@@ -169,6 +187,34 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Checks the name of the results. Out: whether they are Parquet.
+///
+/// Errors: wrong usage, if it is none that they can have.
+fn can_be_written(out: &Path) -> Result<bool, Failure> {
+    let end = out.extension().map(|end| end.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let name = out.display();
+    let why = if out == Path::new("-") {
+        "error: --out: rows cannot go to standard output, since --resume goes on with them: name a file, such as worlds.csv"
+            .to_owned()
+    } else if end == "json" {
+        format!("error: --out: `{name}` would be CSV: give a name that ends in .csv or .parquet")
+    } else if out.exists() && !out.is_file() {
+        format!("error: --out: `{name}` is no file that could be replaced: name another one, such as worlds.csv")
+    } else {
+        return Ok(end == "parquet");
+    };
+    Err(Failure::Usage(why))
+}
+
+/// How many threads run so many worlds; 0 is what rayon takes for all cores.
+fn threads(asked: Option<usize>, worlds: usize) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    match asked {
+        None if worlds >= cores => 0,
+        asked => asked.unwrap_or(cores).min(cores.max(THREADS)).min(worlds.max(1)),
+    }
+}
+
 /// Which numbers each world gets.
 struct Plan {
     worlds: usize,
@@ -185,21 +231,74 @@ enum Values {
 }
 
 impl Plan {
-    fn new(args: &Args, model: &Model) -> Result<Plan, Failure> {
-        let slot = |name: &str| Slot::find(name, model).map_err(|e| Failure::Usage(format!("error: {e}")));
-        match &args.table {
+    /// For worlds that begin as `base` and run for a time (s).
+    ///
+    /// Errors: what is varied is not there, twice there, or would have a number that it cannot have.
+    fn new(args: &Args, base: &Simulation, seconds: f64) -> Result<Plan, Failure> {
+        let (names, worlds, values) = match &args.table {
             None => {
                 let names: Vec<String> = args.vary.iter().map(|v| v.name.clone()).collect();
-                let slots = names.iter().map(|name| slot(name)).collect::<Result<_, _>>()?;
                 let ranges = args.vary.iter().map(|v| v.range).collect();
-                let worlds = args.worlds.unwrap_or(WORLDS);
-                Ok(Plan { worlds, names, slots, values: Values::Random { ranges, seed: args.seed } })
+                (names, args.worlds.unwrap_or(WORLDS), Values::Random { ranges, seed: args.seed })
             }
             Some(path) => {
                 let (names, rows) = table(path)?;
-                let slots = names.iter().map(|name| slot(name)).collect::<Result<_, _>>()?;
-                Ok(Plan { worlds: rows.len(), names, slots, values: Values::Table(rows) })
+                (names, rows.len(), Values::Table(rows))
             }
+        };
+        let wrong = |why: String| Failure::Usage(format!("error: {why}"));
+        let slots = names.iter().map(|name| Slot::find(name, base.model())).collect::<Result<Vec<_>, _>>();
+        let plan = Plan { worlds, names, slots: slots.map_err(wrong)?, values };
+        plan.each_once().map_err(wrong)?;
+        if args.accuracy.accuracy.is_some() && plan.slots.contains(&Slot::Timestep) {
+            return Err(wrong("--accuracy finds the timestep itself: leave out timestep, or --accuracy".to_owned()));
+        }
+        plan.check(args, base, seconds)?;
+        Ok(plan)
+    }
+
+    /// Errors: two names are of one number.
+    fn each_once(&self) -> Result<(), String> {
+        for (i, slot) in self.slots.iter().enumerate() {
+            if let Some(j) = (0..i).find(|&j| slot.overlaps(self.slots[j])) {
+                return Err(format!("`{}` and `{}` set the same number: leave one out", self.names[j], self.names[i]));
+            }
+        }
+        Ok(())
+    }
+
+    /// Errors: an end of a range, or a cell of a table, is no number that the scene can have.
+    fn check(&self, args: &Args, base: &Simulation, seconds: f64) -> Result<(), Failure> {
+        let places = || self.slots.iter().zip(&self.names);
+        match &self.values {
+            Values::Random { ranges, .. } => {
+                for ((slot, name), range) in places().zip(ranges) {
+                    for x in *range {
+                        let set = slot.check(base.model(), x, seconds).and_then(|()| slot.set(&mut base.clone(), x));
+                        set.map_err(|why| Failure::Usage(format!("error: --vary {name}: {}: {why}", short(x))))?;
+                    }
+                }
+            }
+            Values::Table(rows) => {
+                let path = args.table.as_deref().unwrap_or(Path::new("")).display();
+                for (i, row) in rows.iter().enumerate() {
+                    for ((slot, name), x) in places().zip(row) {
+                        let wrong = |why| {
+                            let row = i + 1;
+                            Failure::Problem(format!("error: --table {path}: row {row}: {name}: {}: {why}", short(*x)))
+                        };
+                        slot.check(base.model(), *x, seconds).map_err(wrong)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn seed(&self) -> Option<u64> {
+        match &self.values {
+            Values::Random { ranges, seed } => Some(*seed).filter(|_| !ranges.is_empty()),
+            Values::Table(_) => None,
         }
     }
 
@@ -213,7 +312,8 @@ impl Plan {
         }
     }
 
-    /// Runs a world for a time (s), to an accuracy (m) if one is wanted. Out: its row, and whether it failed.
+    /// Runs a world for a time (s), to an accuracy (m) if one is wanted. Out: its row, and whether it failed; `None` if a
+    /// signal came meanwhile.
     ///
     /// Errors: a number that the scene cannot have.
     fn run(
@@ -223,7 +323,12 @@ impl Plan {
         seconds: f64,
         shown: &[record::Quantity],
         wanted: Option<f64>,
-    ) -> Result<(String, bool), Failure> {
+        interrupt: &Interrupt,
+    ) -> Result<Option<(String, bool)>, Failure> {
+        let interrupted = || interrupt.code().is_some();
+        if interrupted() {
+            return Ok(None);
+        }
         let numbers = self.numbers(world);
         let mut sim = base.clone();
         for ((slot, name), x) in self.slots.iter().zip(&self.names).zip(&numbers) {
@@ -235,14 +340,23 @@ impl Plan {
         let failed = match wanted {
             None => {
                 let steps = (seconds / sim.method().timestep).round() as usize;
-                let failed = sim.step_n(steps).err().map(|error| error.time());
+                let mut failed = None;
+                for _ in 0..steps {
+                    if interrupted() {
+                        return Ok(None);
+                    }
+                    if let Err(error) = sim.step() {
+                        failed = Some(error.time());
+                        break;
+                    }
+                }
                 row.push(failed.map_or_else(String::new, |time| time.to_string()));
                 failed
             }
             Some(wanted) => {
                 let case = Case { model: sim.model().clone(), start: sim.state().clone(), seconds };
                 // Without a clock: a world's row is the same on every machine.
-                match accuracy::choose(&case, sim.method().contact, wanted, &Budget::unlimited()) {
+                match accuracy::choose(&case, sim.method().contact, wanted, &interrupt.budget()) {
                     Ok(choice) => {
                         let how = if choice.effort.is_some() { " controlled" } else { "" };
                         let (by, error) = (choice.method.integrator.name, format!("{:.1e}", choice.error));
@@ -250,6 +364,7 @@ impl Plan {
                         sim.restore(&choice.end).map_err(|e| Failure::Problem(format!("error: world {world}: {e}")))?;
                         None
                     }
+                    Err(_) if interrupted() => return Ok(None),
                     Err(refusal) => {
                         row.extend([refusal.until.to_string(), "refused".to_owned()]);
                         row.extend([refusal.trial.to_string(), format!("{:.1e}", refusal.reached)]);
@@ -263,7 +378,7 @@ impl Plan {
         let sample = recorder.sample(model, state);
         let values = recorder.values(model, method, state, &sample, shown);
         row.extend(record::row(state, &sample, &values));
-        Ok((row.join(","), failed.is_some()))
+        Ok(Some((row.join(","), failed.is_some())))
     }
 }
 
@@ -285,13 +400,6 @@ fn table(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Failure> {
         rows.push(names.iter().zip(&record).map(number).collect::<Result<_, _>>()?);
     }
     if rows.is_empty() { Err(wrong("it has no rows, so there is no world".to_owned())) } else { Ok((names, rows)) }
-}
-
-/// Removes an unfinished file that has no rows.
-fn forget(unfinished: &Path, worlds: usize) {
-    if worlds == 0 {
-        let _ = fs::remove_file(unfinished);
-    }
 }
 
 /// The rows that were written as CSV, as Parquet: the same numbers, bit for bit.
@@ -317,51 +425,6 @@ fn to_parquet(csv: &Path, out: &Path) -> std::io::Result<()> {
 #[cfg(not(feature = "parquet"))]
 fn to_parquet(_: &Path, _: &Path) -> std::io::Result<()> {
     Err(std::io::ErrorKind::Unsupported.into())
-}
-
-/// Where rows are until all are there.
-fn unfinished(out: &Path) -> PathBuf {
-    let name = out.file_name().unwrap_or_default().to_string_lossy();
-    out.with_file_name(format!("{name}.unfinished"))
-}
-
-/// The unfinished file, begun anew or to be gone on with, and how many worlds it has.
-///
-/// Errors: it cannot be written; there is one and nobody said what is to become of it; it is of another rollout.
-fn open(path: &Path, header: &str, resume: bool, worlds: usize) -> Result<(BufWriter<File>, usize), Failure> {
-    let cannot = |e: std::io::Error| files::cannot_write(path, &e);
-    if !path.exists() {
-        let mut out = BufWriter::new(File::create(path).map_err(cannot)?);
-        writeln!(out, "{header}").map_err(cannot)?;
-        return Ok((out, 0));
-    }
-    if !resume {
-        let why = format!(
-            "error: {} is there, from a rollout that was interrupted: --resume goes on with it; remove it to begin anew",
-            path.display()
-        );
-        return Err(Failure::Usage(why));
-    }
-    // Whole lines only: the last one may have been cut.
-    let mut reader = BufReader::new(File::open(path).map_err(cannot)?);
-    let (mut line, mut length, mut rows) = (String::new(), 0, 0);
-    while reader.read_line(&mut line).map_err(cannot)? > 0 && line.ends_with('\n') {
-        let right = if length == 0 { line.trim_end() == header } else { line.starts_with(&format!("{rows},")) };
-        if !right {
-            let why = format!("error: {} is of another rollout: its columns or worlds are others", path.display());
-            return Err(Failure::Usage(why));
-        }
-        rows += usize::from(length > 0);
-        length += line.len() as u64;
-        line.clear();
-    }
-    let file = OpenOptions::new().append(true).open(path).map_err(cannot)?;
-    file.set_len(length).map_err(cannot)?;
-    let mut out = BufWriter::new(file);
-    if length == 0 {
-        writeln!(out, "{header}").map_err(cannot)?;
-    }
-    Ok((out, rows.min(worlds)))
 }
 
 /// Drawn where standard error is a terminal.

@@ -22,7 +22,7 @@ use penny::state::State;
 /// s
 const DEFAULT_TIME: f64 = 3.0;
 /// More would take longer than a day even where a step takes 0.1 µs.
-const MOST_STEPS: usize = 1_000_000_000_000;
+pub const MOST_STEPS: usize = 1_000_000_000_000;
 /// The least coefficient of friction that MuJoCo's contacts have.
 const MIN_MU: f64 = 1e-5;
 

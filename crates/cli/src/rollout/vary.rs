@@ -1,6 +1,8 @@
 //! What can differ from world to world: `qvel[0]=1..3`.
 
 use super::{bodies, named};
+use crate::format::{short, si};
+use crate::scene::MOST_STEPS;
 use penny::Simulation;
 use penny::model::{JointKind, Model};
 use penny_lab::names;
@@ -23,6 +25,9 @@ pub fn parse(text: &str) -> Result<Vary, String> {
     let range = [number(a)?, number(b)?];
     if range[0] > range[1] {
         return Err(format!("{a} is above {b}: the smaller number comes first"));
+    }
+    if !(range[1] - range[0]).is_finite() {
+        return Err(format!("{a} and {b} are too far apart: their difference is no number"));
     }
     Ok(Vary { name: name.trim().to_owned(), range })
 }
@@ -74,7 +79,10 @@ impl Slot {
             "solref" => geom("solref").map(Slot::Solref),
             "mass" => {
                 let name = |i: usize| model.bodies[i].name.clone();
-                entry("body", model.bodies.len(), &name, bodies(model)).map(Slot::Mass)
+                match entry("body", model.bodies.len(), &name, bodies(model))? {
+                    0 => Err(format!("`{text}`: the world does not move, whatever its mass: name another body")),
+                    body => Ok(Slot::Mass(body)),
+                }
             }
             "gravity" => match needed("an axis")? {
                 "x" | "0" => Ok(Slot::Gravity(0)),
@@ -90,6 +98,45 @@ impl Slot {
         }
     }
 
+    /// Whether two slots have a number in common.
+    pub fn overlaps(self, other: Slot) -> bool {
+        match (self, other) {
+            (Slot::Friction(a), Slot::Friction(b)) | (Slot::Solref(a), Slot::Solref(b)) => {
+                a.is_none() || b.is_none() || a == b
+            }
+            _ => self == other,
+        }
+    }
+
+    /// Errors: the number means nothing there, in a world that runs for a time (s); the message says why.
+    pub fn check(self, model: &Model, x: f64, seconds: f64) -> Result<(), String> {
+        match self {
+            Slot::Friction(_) if x < 0.0 => Err("friction is 0 or more".to_owned()),
+            Slot::Solref(geom) => match geoms(geom, model).find(|&g| (x > 0.0) != (model.geoms[g].solref[1] > 0.0)) {
+                Some(g) if x > 0.0 => Err(format!(
+                    "{} has solref as (-stiffness, -damping), so the first number is at most 0",
+                    names::geom(model, g)
+                )),
+                Some(_) => Err("the time constant of solref is above 0".to_owned()),
+                None => Ok(()),
+            },
+            Slot::Mass(body) if x <= 0.0 && model.bodies[body].tree.is_some() => {
+                Err("the mass of a body that moves is above 0".to_owned())
+            }
+            Slot::Timestep if x <= 0.0 => Err("a timestep is above 0".to_owned()),
+            Slot::Timestep if seconds > 0.0 && (seconds / x).round() < 1.0 => {
+                Err(format!("{} is too short for such a step: give a longer --time", si(seconds, "s")))
+            }
+            Slot::Timestep if seconds / x > MOST_STEPS as f64 => Err(format!(
+                "{} would take {} steps; the most is {}",
+                si(seconds, "s"),
+                short(seconds / x),
+                short(MOST_STEPS as f64)
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// Errors: the scene cannot have that number; the message says why.
     pub fn set(self, sim: &mut Simulation, x: f64) -> Result<(), String> {
         let text = |e: &dyn std::fmt::Display| e.to_string();
@@ -98,13 +145,13 @@ impl Slot {
             Slot::Qvel(i) => sim.state_mut().qvel[i] = x,
             Slot::Ctrl(i) => sim.state_mut().ctrl[i] = x,
             Slot::Friction(geom) => {
-                for g in geoms(geom, sim) {
+                for g in geoms(geom, sim.model()) {
                     let [_, spin, roll] = sim.model().geoms[g].friction;
                     sim.set_friction(g, [x, spin, roll]).map_err(|e| text(&e))?;
                 }
             }
             Slot::Solref(geom) => {
-                for g in geoms(geom, sim) {
+                for g in geoms(geom, sim.model()) {
                     let [_, ratio] = sim.model().geoms[g].solref;
                     sim.set_solref(g, [x, ratio]).map_err(|e| text(&e))?;
                 }
@@ -121,8 +168,8 @@ impl Slot {
     }
 }
 
-fn geoms(one: Option<usize>, sim: &Simulation) -> std::ops::Range<usize> {
-    one.map_or(0..sim.model().geoms.len(), |g| g..g + 1)
+fn geoms(one: Option<usize>, model: &Model) -> std::ops::Range<usize> {
+    one.map_or(0..model.geoms.len(), |g| g..g + 1)
 }
 
 /// A place in qpos or qvel: by number, or by the name of a joint that has one number.
