@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::compile::Invalid;
+use crate::compile::{Invalid, label};
 use crate::contact;
 use crate::data::{Contact, Data};
 use crate::dynamics::energy::{self, Energy};
@@ -213,9 +213,10 @@ impl Simulation {
     /// its own. Numerics of the scene that would overrule it under the `tutorial` law (`penny.mu`, `penny.mu_roll`) are
     /// dropped.
     ///
-    /// Errors: [`Change::Unknown`] for the geom, [`Change::Invalid`] for numbers that are negative or not finite.
+    /// Errors: [`Change::Unknown`] for the geom, [`Change::Invalid`] for numbers that are negative or not finite, and where the
+    /// scene overrides what geoms say (`<flag override>`).
     pub fn set_friction<'a>(&mut self, geom: impl Into<Ref<'a>>, friction: [f64; 3]) -> Result<(), Change> {
-        let geom = self.geom_index(geom.into())?;
+        let geom = self.geom_that_counts("friction", geom.into())?;
         Ok(self.edit(|m| {
             m.geoms[geom].friction = friction;
             m.tutorial.follow_friction();
@@ -228,9 +229,9 @@ impl Simulation {
     /// scene that would overrule it under the `tutorial` law (`penny.k`, `penny.c`) are dropped.
     ///
     /// Errors: [`Change::Unknown`] for the geom, [`Change::Invalid`] for numbers that are not finite, or of which one is above
-    /// zero and the other is not.
+    /// zero and the other is not, and where the scene overrides what geoms say.
     pub fn set_solref<'a>(&mut self, geom: impl Into<Ref<'a>>, solref: [f64; 2]) -> Result<(), Change> {
-        let geom = self.geom_index(geom.into())?;
+        let geom = self.geom_that_counts("solref", geom.into())?;
         Ok(self.edit(|m| {
             m.geoms[geom].solref = solref;
             m.tutorial.follow_solref();
@@ -380,8 +381,19 @@ impl Simulation {
         let index = self.body_index(body)?;
         let body = &self.model.bodies[index];
         if body.tree.is_none() {
-            let label = if body.name.is_empty() { format!("body {index}") } else { format!("body `{}`", body.name) };
-            return Err(Invalid::new(format!("{what} has no effect on {label}: no joint moves it")).into());
+            let body = label("body", &body.name, index);
+            return Err(Invalid::new(format!("{what} has no effect on {body}: no joint moves it")).into());
+        }
+        Ok(index)
+    }
+
+    /// A geom, if contacts take their parameters from geoms.
+    fn geom_that_counts(&self, what: &str, geom: Ref) -> Result<usize, Change> {
+        let index = self.geom_index(geom)?;
+        if self.model.opt.contact_override.is_some() {
+            let geom = label("geom", &self.model.geoms[index].name, index);
+            let why = "the scene overrides it for all contacts; change `opt.contact_override` by `edit`";
+            return Err(Invalid::new(format!("the {what} of {geom} has no effect: {why}")).into());
         }
         Ok(index)
     }

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use penny::forward::{Method, StepError};
 use penny::mjcf::Failure;
-use penny::model::Parts;
+use penny::model::{ContactOverride, Parts};
 use penny::simulation::Change;
 use penny::snapshot::Damaged;
 use penny::state::State;
@@ -302,7 +302,8 @@ fn every_number_is_looked_at() {
         let error = sim.edit(|m| set(m, nan)).expect_err(&i.to_string());
         assert!(error.to_string().contains("cannot be NaN"), "{i}: {error}");
     }
-    let others: [(fn(&mut Parts), &str); 9] = [
+    type Change = fn(&mut Parts);
+    let others: [(Change, &str); 9] = [
         (|m| m.actuators[0].forcerange = Some([1.0, -1.0]), "forcerange of actuator `arm` cannot be 1 -1: give the"),
         (|m| m.actuators[0].ctrlrange = Some([1.0, -1.0]), "ctrlrange of actuator `arm` cannot be 1 -1"),
         (|m| m.joints[1].range = Some([1.0, -1.0]), "range of joint `arm` cannot be 1 -1"),
@@ -360,6 +361,32 @@ fn setters_refuse_what_would_have_no_effect() {
     let mut model = boxed().model().clone();
     model.edit(|m| m.opt.timestep = 0.1).expect("a timestep");
     assert_eq!(Method::of(&model).timestep, 0.1);
+}
+
+/// `<flag override>` would overrule what is set.
+#[test]
+fn contacts_that_are_overridden_are_set_by_an_edit() {
+    let option = "<option o_friction='.5 .5 .01 .01 .01'><flag override='enable'/></option><worldbody>";
+    let mut sim = Simulation::from_xml(&BOX.replace("<worldbody>", option)).unwrap_or_else(|e| panic!("{e}"));
+    let error = sim.set_friction("box", [0.1; 3]).expect_err("overridden").to_string();
+    assert!(error.starts_with("the friction of geom `box` has no effect: the scene overrides"), "{error}");
+    assert!(sim.set_solref("box", [0.1, 1.0]).is_err());
+    sim.edit(|m| m.opt.contact_override = m.opt.contact_override.map(|o| ContactOverride { friction: [0.1; 5], ..o }))
+        .expect("friction");
+    assert_eq!(sim.model().mixes[0].friction, [0.1; 5]);
+}
+
+/// As the compiler does: `implicitfast` couples the six degrees of freedom.
+#[test]
+fn a_free_body_that_gets_a_velocity_gain_has_no_closed_form() {
+    let motor = "<actuator><motor name='thrust' joint='free' gear='0 0 1 0 0 0'/>";
+    let text = BOX.replace("<freejoint/>", "<freejoint name='free'/>").replace("<actuator>", motor);
+    let mut sim = Simulation::from_xml(&text).unwrap_or_else(|e| panic!("{e}"));
+    let free = |sim: &Simulation| sim.model().trees.iter().any(|tree| tree.free.is_some());
+    assert!(free(&sim));
+    sim.edit(|m| m.actuators[0].bias[2] = -1.0).expect("a damper");
+    assert!(!free(&sim));
+    sim.step_n(10).expect("stable");
 }
 
 #[test]
