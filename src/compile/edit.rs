@@ -68,6 +68,7 @@ impl Model {
         change(self.parts_mut());
         let settled = same_structure(&before, self)
             .and_then(|()| sound(&before, self))
+            .and_then(|()| same_method(&before, self))
             .and_then(|()| suits(&before, self))
             .and_then(|()| settle(&before, self));
         match settled {
@@ -207,6 +208,20 @@ fn same_structure(before: &Parts, now: &Parts) -> Result<(), Invalid> {
         return invalid(
             "contacts cannot be switched on where none were compiled: compile the scene with them, and switch them off \
              by a change",
+        );
+    }
+    Ok(())
+}
+
+/// As the compiler says: `implicit` is not `implicitfast` in every scene.
+fn same_method(before: &Model, now: &Model) -> Result<(), Invalid> {
+    let other = |m: &Model| {
+        let name = m.opt.integrator.as_str();
+        !integrate::implicitfast::supports(m, name) || m.opt.medium() && name == "implicit"
+    };
+    if other(now) && !other(before) {
+        return invalid(
+            "the integrator cannot be `implicit` in this scene: take `implicitfast`, or `RK4` for fast motion",
         );
     }
     Ok(())

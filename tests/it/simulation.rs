@@ -361,6 +361,9 @@ fn setters_refuse_what_would_have_no_effect() {
     let mut model = boxed().model().clone();
     model.edit(|m| m.opt.timestep = 0.1).expect("a timestep");
     assert_eq!(Method::of(&model).timestep, 0.1);
+    model.edit(|m| m.opt.integrator = "implicit".into()).expect("as good as implicitfast");
+    let error = model.edit(|m| m.opt.density = 1.0).expect_err("forces of the medium");
+    assert!(error.to_string().starts_with("the integrator cannot be `implicit`"), "{error}");
 }
 
 /// `<flag override>` would overrule what is set.
