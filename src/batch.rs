@@ -21,27 +21,29 @@ use crate::simulation::Simulation;
 #[derive(Clone, Debug)]
 pub struct Batch {
     worlds: Vec<Simulation>,
-    failures: Vec<Option<StepError>>,
 }
 
 impl Batch {
     /// n copies of a simulation, in its present state.
     pub fn new(sim: &Simulation, n: usize) -> Batch {
-        Batch { worlds: vec![sim.clone(); n], failures: vec![None; n] }
+        let mut world = sim.clone();
+        world.stopped = None;
+        Batch { worlds: vec![world; n] }
     }
 
     /// Takes n steps in every world that has not failed. A world that fails stays where it is, see
-    /// [`failure`](Batch::failure); the others go on.
+    /// [`failure`](Batch::failure); the others go on. It runs again once it was reset or restored, or another simulation was
+    /// put in its place.
     ///
-    /// Out: how many worlds have failed so far.
+    /// Out: how many worlds stand still.
     pub fn step_n(&mut self, n: usize) -> usize {
-        let advance = |(world, failure): (&mut Simulation, &mut Option<StepError>)| {
-            if failure.is_none() {
-                *failure = world.step_n(n).err();
+        let advance = |world: &mut Simulation| {
+            if world.stopped.is_none() {
+                world.stopped = world.step_n(n).err();
             }
-            usize::from(failure.is_some())
+            usize::from(world.stopped.is_some())
         };
-        self.worlds.par_iter_mut().zip(&mut self.failures).map(advance).sum()
+        self.worlds.par_iter_mut().map(advance).sum()
     }
 
     /// The worlds.
@@ -54,8 +56,8 @@ impl Batch {
         &mut self.worlds
     }
 
-    /// Why a world stopped; `None` as long as it goes on.
+    /// Why a world stopped; `None` as long as it goes on, and again after a reset.
     pub fn failure(&self, world: usize) -> Option<&StepError> {
-        self.failures.get(world)?.as_ref()
+        self.worlds.get(world)?.stopped.as_ref()
     }
 }

@@ -104,7 +104,7 @@ pub struct Parts {
     pub mixes: Vec<Mix>,
     /// In the order of the file.
     pub keyframes: Vec<Keyframe>,
-    /// `<custom>`: numbers and texts by name.
+    /// `<custom>`: numbers by name, as in the file. No step looks at them: those of the tutorial's law are in `tutorial`.
     pub numerics: BTreeMap<String, Vec<f64>>,
     /// `<custom><text>` by name.
     pub texts: BTreeMap<String, String>,
@@ -119,11 +119,11 @@ pub struct Parts {
 /// `<option>` and `<flag>`, as far as they change what a supported scene does.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// s
+    /// s, with which a [`Method`](crate::forward::Method) begins; a step takes the method's.
     pub timestep: f64,
     /// m/s²
     pub gravity: Vec3,
-    /// The MJCF keyword: `Euler`, `RK4`, `implicit`, `implicitfast`, `discrete`.
+    /// The MJCF keyword: `Euler`, `RK4`, `implicit`, `implicitfast`, `discrete`. A step takes the method's.
     pub integrator: String,
     /// Friction cones of the `mujoco` law.
     pub cone: Cone,
@@ -187,7 +187,7 @@ pub struct Flags {
     pub clampctrl: bool,
     /// The `mujoco` law starts from the last acceleration.
     pub warmstart: bool,
-    /// Bodies do not touch their parents.
+    /// Bodies do not touch their parents. Compiled into the pairs: it cannot be changed later.
     pub filterparent: bool,
     /// Actuators.
     pub actuation: bool,
@@ -498,7 +498,8 @@ pub enum Waypoint {
 pub struct Equality {
     /// As in the file; empty if it has none.
     pub name: String,
-    /// Whether it holds at the start; `State::eq_active` says whether it does now.
+    /// Whether it holds at the start: after a change, from the next reset on. To switch it while the scene runs, write
+    /// [`State::eq_active`](crate::state::State::eq_active).
     pub active: bool,
     /// What is equal.
     pub kind: EqualityKind,

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::compile::Invalid;
+use crate::compile::{Invalid, label};
 use crate::contact;
 use crate::data::{Contact, Data};
 use crate::dynamics::energy::{self, Energy};
@@ -34,6 +34,8 @@ pub struct Simulation {
     method: Method,
     state: State,
     data: Data,
+    /// Why a [`Batch`](crate::Batch) no longer steps it, until it begins anew.
+    pub(crate) stopped: Option<StepError>,
 }
 
 impl Simulation {
@@ -58,7 +60,7 @@ impl Simulation {
     /// A compiled scene under a method, at rest in `qpos0`.
     pub fn new(model: Model, method: Method) -> Simulation {
         let (state, data) = (State::new(&model), Data::new(&model));
-        let mut sim = Simulation { model: Arc::new(model), method, state, data };
+        let mut sim = Simulation { model: Arc::new(model), method, state, data, stopped: None };
         sim.forward();
         sim
     }
@@ -92,7 +94,7 @@ impl Simulation {
     /// The scene at rest in `qpos0`, at time 0, without controls and applied forces.
     pub fn reset(&mut self) {
         self.state = State::new(&self.model);
-        self.forward();
+        self.begin();
     }
 
     /// The state of a keyframe, by name or number.
@@ -101,7 +103,7 @@ impl Simulation {
     pub fn reset_to<'a>(&mut self, key: impl Into<Ref<'a>>) -> Result<(), Unknown> {
         let found = find("keyframe", key.into(), self.model.keyframes.iter().map(|k| k.name.as_str()))?;
         self.state = State::at(&self.model, &self.model.keyframes[found]);
-        self.forward();
+        self.begin();
         Ok(())
     }
 
@@ -116,8 +118,14 @@ impl Simulation {
     pub fn restore(&mut self, state: &State) -> Result<(), WrongState> {
         state.suits(&self.model)?;
         self.state.copy_from(state);
-        self.forward();
+        self.begin();
         Ok(())
+    }
+
+    /// A new run from the state.
+    fn begin(&mut self) {
+        self.stopped = None;
+        self.forward();
     }
 
     /// The compiled scene.
@@ -169,7 +177,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// The integrator of that name, or MJCF keyword.
+    /// The integrator of that name, or MJCF keyword. It is the [`method`](Simulation::method)'s; `model().opt.integrator`
+    /// stays what the scene begins with.
     ///
     /// Errors: [`Unknown`]; it names the nearest.
     pub fn set_integrator(&mut self, name: &str) -> Result<(), Unknown> {
@@ -180,7 +189,7 @@ impl Simulation {
         find("integrator", Ref::Name(name), integrate::ALL.iter().map(|i| i.name)).map(drop)
     }
 
-    /// In: s.
+    /// In: s. It is the [`method`](Simulation::method)'s; `model().opt.timestep` stays what the scene begins with.
     ///
     /// Errors: [`StepError::Timestep`] if it is not above zero and finite.
     pub fn set_timestep(&mut self, h: f64) -> Result<(), StepError> {
@@ -204,9 +213,10 @@ impl Simulation {
     /// its own. Numerics of the scene that would overrule it under the `tutorial` law (`penny.mu`, `penny.mu_roll`) are
     /// dropped.
     ///
-    /// Errors: [`Change::Unknown`] for the geom, [`Change::Invalid`] for numbers that are negative or not finite.
+    /// Errors: [`Change::Unknown`] for the geom, [`Change::Invalid`] for numbers that are negative or not finite, and where the
+    /// scene overrides what geoms say (`<flag override>`).
     pub fn set_friction<'a>(&mut self, geom: impl Into<Ref<'a>>, friction: [f64; 3]) -> Result<(), Change> {
-        let geom = self.geom_index(geom.into())?;
+        let geom = self.geom_that_counts("friction", geom.into())?;
         Ok(self.edit(|m| {
             m.geoms[geom].friction = friction;
             m.tutorial.follow_friction();
@@ -218,9 +228,10 @@ impl Simulation {
     /// Contacts take the mean of both geoms, weighted by `solmix`, or that of the geom of higher priority. Numerics of the
     /// scene that would overrule it under the `tutorial` law (`penny.k`, `penny.c`) are dropped.
     ///
-    /// Errors: as [`set_friction`](Simulation::set_friction).
+    /// Errors: [`Change::Unknown`] for the geom, [`Change::Invalid`] for numbers that are not finite, or of which one is above
+    /// zero and the other is not, and where the scene overrides what geoms say.
     pub fn set_solref<'a>(&mut self, geom: impl Into<Ref<'a>>, solref: [f64; 2]) -> Result<(), Change> {
-        let geom = self.geom_index(geom.into())?;
+        let geom = self.geom_that_counts("solref", geom.into())?;
         Ok(self.edit(|m| {
             m.geoms[geom].solref = solref;
             m.tutorial.follow_solref();
@@ -229,9 +240,11 @@ impl Simulation {
 
     /// Mass of a body, kg; its moments of inertia change in proportion.
     ///
-    /// Errors: [`Change::Unknown`] for the body, [`Change::Invalid`] for a mass with which nothing could move.
+    /// Errors: [`Change::Unknown`] for the body, [`Change::Invalid`] for a mass with which nothing could move, that is negative
+    /// or not finite, and for a body that no joint moves.
     pub fn set_mass<'a>(&mut self, body: impl Into<Ref<'a>>, mass: f64) -> Result<(), Change> {
-        let body = self.body_index(body.into())?;
+        let body = self.moving("a mass", body.into())?;
+        finite("a mass", &[mass])?;
         let before = self.model.bodies[body].mass;
         if before <= 0.0 {
             return Ok(self.edit(|m| m.bodies[body].mass = mass)?);
@@ -244,9 +257,21 @@ impl Simulation {
 
     /// Any other number of the model; see [`Model::edit`].
     ///
-    /// Errors: [`Invalid`]; the model is then as it was.
+    /// Errors: [`Invalid`]; the model is then as it was. Contact law, integrator and timestep are the
+    /// [`method`](Simulation::method)'s: a change of what the scene begins with is refused.
     pub fn edit(&mut self, change: impl FnOnce(&mut Parts)) -> Result<(), Invalid> {
-        Arc::make_mut(&mut self.model).edit(change)
+        Arc::make_mut(&mut self.model).edit_if(change, |before, now| {
+            let set = if now.opt.timestep != before.opt.timestep {
+                "the timestep is the method's: change it by `set_timestep`"
+            } else if now.opt.integrator != before.opt.integrator {
+                "the integrator is the method's: change it by `set_integrator`"
+            } else if now.contact_law() != before.contact_law() {
+                "the contact law is the method's: change it by `set_law`"
+            } else {
+                return Ok(());
+            };
+            Err(Invalid::new(set))
+        })
     }
 
     /// Sets the control of an actuator; the unit is what the actuator makes of it (N, rad, m …).
@@ -266,9 +291,10 @@ impl Simulation {
     ///
     /// The point is where it is now; later the force acts on the same place relative to the centre of mass, in world axes.
     ///
-    /// Errors: as [`set_ctrl`](Simulation::set_ctrl).
+    /// Errors: [`Change::Unknown`] for the body, [`Change::Invalid`] for a number that is not finite, and for a body that no
+    /// joint moves.
     pub fn push<'a>(&mut self, body: impl Into<Ref<'a>>, force: [f64; 3], point: [f64; 3]) -> Result<(), Change> {
-        let body = self.body_index(body.into())?;
+        let body = self.moving("a force", body.into())?;
         finite("a force", &force)?;
         finite("a point", &point)?;
         self.data.follow(&self.model);
@@ -348,6 +374,28 @@ impl Simulation {
 
     fn body_index(&self, body: Ref) -> Result<usize, Unknown> {
         find("body", body, self.model.bodies.iter().map(|b| b.name.as_str()))
+    }
+
+    /// A body that moves, by joints of its own or of a body that it is attached to.
+    fn moving(&self, what: &str, body: Ref) -> Result<usize, Change> {
+        let index = self.body_index(body)?;
+        let body = &self.model.bodies[index];
+        if body.tree.is_none() {
+            let body = label("body", &body.name, index);
+            return Err(Invalid::new(format!("{what} has no effect on {body}: no joint moves it")).into());
+        }
+        Ok(index)
+    }
+
+    /// A geom, if contacts take their parameters from geoms.
+    fn geom_that_counts(&self, what: &str, geom: Ref) -> Result<usize, Change> {
+        let index = self.geom_index(geom)?;
+        if self.model.opt.contact_override.is_some() {
+            let geom = label("geom", &self.model.geoms[index].name, index);
+            let why = "the scene overrides it for all contacts; change `opt.contact_override` by `edit`";
+            return Err(Invalid::new(format!("the {what} of {geom} has no effect: {why}")).into());
+        }
+        Ok(index)
     }
 
     fn geom_index(&self, geom: Ref) -> Result<usize, Unknown> {

@@ -19,6 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 pub use canonical::canonical;
 pub use edit::Invalid;
+pub(crate) use layout::label;
 
 use crate::contact;
 use crate::integrate;

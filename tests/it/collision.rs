@@ -569,9 +569,7 @@ fn without_sweep(model: &Model) -> Model {
     }
     listed.append(&mut more);
     listed.sort_by_key(|pair| order(&model.geoms, pair));
-    let mut all = model.clone();
-    all.edit(|m| m.pairs = Pairs { listed, ..Pairs::default() }).expect("pairs");
-    all
+    model.with_pairs(Pairs { listed, ..Pairs::default() })
 }
 
 /// The sweep keeps its list from step to step; bodies drift apart and together and jump, and no contact is lost or

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use penny::forward::{Method, StepError};
 use penny::mjcf::Failure;
-use penny::model::Parts;
+use penny::model::{ContactOverride, Parts};
 use penny::simulation::Change;
 use penny::snapshot::Damaged;
 use penny::state::State;
@@ -221,6 +221,209 @@ fn what_cannot_be_is_an_error_where_it_enters() {
     let mut clean = simulation("penalty");
     clean.step().expect("a step");
     assert_eq!(sim.save(), clean.save());
+}
+
+const BOX: &str = "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='post'/>
+    <body name='box' pos='0 0 .1'><freejoint/><geom name='box' type='box' size='.1 .1 .1'/></body>
+    <body name='arm' pos='1 0 1'><joint name='arm' axis='0 1 0' range='-90 90'/><geom name='arm' size='.05' pos='.3 0 0'/></body>
+    </worldbody><actuator><motor name='arm' joint='arm' ctrlrange='-1 1' forcerange='-1 1'/></actuator>
+    <equality><weld name='weld' body1='box'/></equality>
+    <keyframe><key name='start'/></keyframe></mujoco>";
+
+fn boxed() -> Simulation {
+    Simulation::from_xml(BOX).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn structure_cannot_be_edited() {
+    let changes: [fn(&mut Parts); 14] = [
+        |m| m.mixes.clear(),
+        |m| m.pairs.listed.clear(),
+        |m| m.pairs.listed[0].mix = 99,
+        |m| m.pairs.swept.push(0),
+        |m| m.trees[0].dofs = 0..99,
+        |m| m.sites.clear(),
+        |m| m.cameras.clear(),
+        |m| m.tendons.clear(),
+        |m| m.equalities.clear(),
+        |m| m.actuators[0].activation = penny::model::Activation::Integrator,
+        |m| m.keyframes[0].qpos.clear(),
+        |m| m.mocap.push(1),
+        |m| m.na = 3,
+        |m| m.opt.flags.filterparent = false,
+    ];
+    let mut sim = boxed();
+    let start = sim.save();
+    for (i, change) in changes.into_iter().enumerate() {
+        let nothing = matches!(i, 5..=7);
+        assert_eq!(sim.edit(change).is_ok(), nothing, "{i}");
+        sim.step().expect("stable");
+    }
+    sim.restore(&start).expect("its own state");
+    // Contacts that were not compiled cannot be switched on; those that were, can.
+    for (flag, ok) in [("enable", true), ("disable", false)] {
+        let text = BOX.replace("<worldbody>", &format!("<option><flag contact='{flag}'/></option><worldbody>"));
+        let mut sim = Simulation::from_xml(&text).unwrap_or_else(|e| panic!("{e}"));
+        sim.edit(|m| m.opt.flags.contact = false).expect("off");
+        assert_eq!(sim.edit(|m| m.opt.flags.contact = true).is_ok(), ok);
+    }
+}
+
+#[test]
+fn every_number_is_looked_at() {
+    let nan = f64::NAN;
+    type Set = fn(&mut Parts, f64);
+    let numbers: [Set; 22] = [
+        |m, x| m.actuators[0].gain[0] = x,
+        |m, x| m.actuators[0].bias[1] = x,
+        |m, x| m.actuators[0].ctrlrange = Some([x, 1.0]),
+        |m, x| m.actuators[0].forcerange = Some([-1.0, x]),
+        |m, x| m.geoms[0].pos.x = x,
+        |m, x| m.geoms[1].margin = x,
+        |m, x| m.geoms[1].size.x = x,
+        |m, x| m.bodies[2].gravcomp = x,
+        |m, x| m.bodies[2].ipos.y = x,
+        |m, x| m.bodies[2].invweight0[0] = x,
+        |m, x| m.joints[1].axis.y = x,
+        |m, x| m.joints[1].range = Some([x, 1.0]),
+        |m, x| m.joints[1].solref_limit[1] = x,
+        |m, x| m.mixes[0].margin = x,
+        |m, x| m.mixes[0].gap = x,
+        |m, x| m.mixes[0].friction[4] = x,
+        |m, x| m.mixes[0].solimp[2] = x,
+        |m, x| m.tutorial.k = Some(x),
+        |m, x| m.opt.magnetic.z = x,
+        |m, x| m.opt.noslip_tolerance = x,
+        |m, x| m.keyframes[0].qvel[0] = x,
+        |m, x| m.qpos0[0] = x,
+    ];
+    let mut sim = boxed();
+    for (i, set) in numbers.into_iter().enumerate() {
+        let error = sim.edit(|m| set(m, nan)).expect_err(&i.to_string());
+        assert!(error.to_string().contains("cannot be NaN"), "{i}: {error}");
+    }
+    type Change = fn(&mut Parts);
+    let others: [(Change, &str); 9] = [
+        (|m| m.actuators[0].forcerange = Some([1.0, -1.0]), "forcerange of actuator `arm` cannot be 1 -1: give the"),
+        (|m| m.actuators[0].ctrlrange = Some([1.0, -1.0]), "ctrlrange of actuator `arm` cannot be 1 -1"),
+        (|m| m.joints[1].range = Some([1.0, -1.0]), "range of joint `arm` cannot be 1 -1"),
+        (|m| m.joints[1].axis *= 2.0, "axis of joint `arm` cannot have length 2"),
+        (|m| m.geoms[1].solref = [-0.05, 1.0], "solref of geom `box` cannot be -0.05 1: either both"),
+        (|m| m.mixes[0].solref = [0.0, 1.0], "solref of mix 0 cannot be 0 1"),
+        (|m| m.tutorial.mu = Some(-1.0), "penny.mu cannot be -1: it is zero or above"),
+        (|m| m.opt.impratio = 0.0, "impratio cannot be 0: it is above zero"),
+        (|m| m.opt.integrator = "eulr".into(), "the integrator cannot be `eulr`: Penny has"),
+    ];
+    for (change, wanted) in others {
+        let error = sim.edit(change).expect_err(wanted).to_string();
+        assert!(error.starts_with(wanted), "{error}");
+    }
+    sim.edit(|m| m.joints[1].range = Some([f64::NEG_INFINITY, 1.0])).expect("no lower limit");
+    sim.edit(|m| m.actuators[0].gain[0] = 2.0).expect("a gain");
+    sim.step_n(10).expect("stable");
+}
+
+/// What the reader takes with a warning does not stand in the way of other changes.
+#[test]
+fn what_a_file_may_have_can_stay() {
+    let text = BOX.replace("name='box' type='box'", "name='box' solref='0.02 -1' type='box'");
+    let mut sim = Simulation::from_xml(&text).unwrap_or_else(|e| panic!("{e}"));
+    sim.set_gravity([0.0, 0.0, -1.0]).expect("gravity");
+    assert!(sim.set_solref("box", [0.03, -1.0]).is_err());
+}
+
+#[test]
+fn setters_refuse_what_would_have_no_effect() {
+    let mut sim = boxed();
+    for solref in [[0.0, 1.0], [-0.05, 1.0], [0.02, 0.0], [f64::NAN, 1.0]] {
+        assert!(matches!(sim.set_solref("box", solref), Err(Change::Invalid(_))), "{solref:?}");
+    }
+    for mass in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        for body in ["box", "arm"] {
+            assert!(matches!(sim.set_mass(body, mass), Err(Change::Invalid(_))), "{body} {mass}");
+        }
+    }
+    for body in ["world", "post"] {
+        assert!(matches!(sim.set_mass(body, 5.0), Err(Change::Invalid(_))), "{body}");
+        assert!(matches!(sim.push(body, [1.0; 3], [0.0; 3]), Err(Change::Invalid(_))), "{body}");
+    }
+    let error = sim.set_mass("post", 5.0).expect_err("fixed");
+    assert_eq!(error.to_string(), "a mass has no effect on body `post`: no joint moves it");
+    let error = sim.edit(|m| m.opt.timestep = 0.1).expect_err("the method's");
+    assert_eq!(error.to_string(), "the timestep is the method's: change it by `set_timestep`");
+    assert!(sim.edit(|m| m.opt.integrator = "RK4".into()).is_err());
+    assert!(sim.edit(|m| drop(m.texts.insert("penny.contact".into(), "tutorial".into()))).is_err());
+    sim.step().expect("a step");
+    let mut clean = boxed();
+    clean.step().expect("a step");
+    assert_eq!(sim.save(), clean.save());
+    // Of a model alone, it is what a method begins with.
+    let mut model = boxed().model().clone();
+    model.edit(|m| m.opt.timestep = 0.1).expect("a timestep");
+    assert_eq!(Method::of(&model).timestep, 0.1);
+    model.edit(|m| m.opt.integrator = "implicit".into()).expect("as good as implicitfast");
+    let error = model.edit(|m| m.opt.density = 1.0).expect_err("forces of the medium");
+    assert!(error.to_string().starts_with("the integrator cannot be `implicit`"), "{error}");
+}
+
+/// `<flag override>` would overrule what is set.
+#[test]
+fn contacts_that_are_overridden_are_set_by_an_edit() {
+    let option = "<option o_friction='.5 .5 .01 .01 .01'><flag override='enable'/></option><worldbody>";
+    let mut sim = Simulation::from_xml(&BOX.replace("<worldbody>", option)).unwrap_or_else(|e| panic!("{e}"));
+    let error = sim.set_friction("box", [0.1; 3]).expect_err("overridden").to_string();
+    assert!(error.starts_with("the friction of geom `box` has no effect: the scene overrides"), "{error}");
+    assert!(sim.set_solref("box", [0.1, 1.0]).is_err());
+    sim.edit(|m| m.opt.contact_override = m.opt.contact_override.map(|o| ContactOverride { friction: [0.1; 5], ..o }))
+        .expect("friction");
+    assert_eq!(sim.model().mixes[0].friction, [0.1; 5]);
+}
+
+/// As the compiler does: `implicitfast` couples the six degrees of freedom.
+#[test]
+fn a_free_body_that_gets_a_velocity_gain_has_no_closed_form() {
+    let motor = "<actuator><motor name='thrust' joint='free' gear='0 0 1 0 0 0'/>";
+    let text = BOX.replace("<freejoint/>", "<freejoint name='free'/>").replace("<actuator>", motor);
+    let mut sim = Simulation::from_xml(&text).unwrap_or_else(|e| panic!("{e}"));
+    let free = |sim: &Simulation| sim.model().trees.iter().any(|tree| tree.free.is_some());
+    assert!(free(&sim));
+    sim.edit(|m| m.actuators[0].bias[2] = -1.0).expect("a damper");
+    assert!(!free(&sim));
+    sim.step_n(10).expect("stable");
+}
+
+#[test]
+fn a_start_value_counts_from_the_next_reset() {
+    let mut sim = boxed();
+    sim.edit(|m| m.equalities[0].active = false).expect("a start value");
+    assert!(sim.state().eq_active[0]);
+    sim.reset();
+    assert!(!sim.state().eq_active[0]);
+}
+
+#[test]
+fn a_failed_world_runs_again_after_a_reset() {
+    let sim = boxed();
+    let start = sim.save();
+    let begin: [fn(&mut Simulation, &State); 4] = [
+        |world, _| world.reset(),
+        |world, start| world.restore(start).expect("its own state"),
+        |world, _| world.reset_to("start").expect("a key"),
+        |world, _| *world = boxed(),
+    ];
+    let mut alone = sim.clone();
+    alone.step_n(20).expect("stable");
+    for begin in begin {
+        let mut batch = Batch::new(&sim, 2);
+        batch.worlds_mut()[1].state_mut().qvel[0] = 1e12;
+        assert_eq!(batch.step_n(20), 1);
+        assert!(batch.failure(1).is_some());
+        assert_eq!(Batch::new(&batch.worlds()[1], 1).failure(0), None);
+        begin(&mut batch.worlds_mut()[1], &start);
+        assert_eq!(batch.failure(1), None);
+        assert_eq!(batch.step_n(20), 0);
+        assert_eq!(batch.worlds()[1].save(), alone.save());
+    }
 }
 
 #[test]
