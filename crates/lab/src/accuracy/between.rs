@@ -98,8 +98,11 @@ impl Between {
             }
             _ => near.x + (towards * near.rate).min(0.0) * h <= 0.0,
         };
-        // What touches at an end is seen by the run.
-        let seen = |near: &Near| [&start, &end].into_iter().flatten().any(|n| n.key.0 == near.key.0 && n.x <= 0.0);
+        // What touches at an end on the same side is seen by the run.
+        let seen = |near: &Near| {
+            let alike = |n: &&Near| n.key.0 == near.key.0 && n.normal.dot(&near.normal) > ALIKE;
+            [&start, &end].into_iter().flatten().filter(alike).any(|n| n.x <= 0.0)
+        };
         let other = |near: &Near, list: &[Near]| list.iter().position(|n| n.key == near.key);
         start.iter().any(|near| !seen(near) && passed(near, other(near, &end).map(|k| &end[k]), 1.0))
             || end.iter().any(|near| !seen(near) && passed(near, other(near, &start).map(|k| &start[k]), -1.0))
