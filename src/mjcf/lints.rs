@@ -34,8 +34,9 @@ pub fn number(doubt: Lint, attribute: &str, index: usize, word: &str, all: &[f64
         }
         // One warning a colour: at the first number that is beyond.
         Lint::Colour if all.iter().position(|c| !(0.0..=1.0).contains(c)) == Some(index) => {
-            let bytes = all.iter().all(|c| (0.0..=255.0).contains(c)) && all.iter().any(|&c| c >= 2.0);
-            // Of a colour in bytes the opacity is often given from 0 to 1.
+            // Of a colour in bytes the opacity is often given from 0 to 1; "2 0 0 1" is no such colour.
+            let whole = |(i, c): (usize, &f64)| (0.0..=255.0).contains(c) && (c.fract() == 0.0 || i == 3 && *c <= 1.0);
+            let bytes = all.iter().enumerate().all(whole) && all.iter().any(|&c| c >= 16.0);
             let part = |(i, c): (usize, &f64)| if i == 3 && *c <= 1.0 { *c } else { (c / 2.55).round() / 100.0 };
             let help = if bytes {
                 let parts: Vec<String> = all.iter().enumerate().map(|c| part(c).to_string()).collect();

@@ -245,6 +245,20 @@ fn a_sweep_leaves_table_diagram_and_advice_and_goes_on_where_it_stopped() {
     assert_eq!(std::fs::read_to_string(kept).expect("the earlier table"), resumed);
 }
 
+/// A tie is a constraint, of which one law knows nothing.
+#[test]
+fn laws_differ_where_nothing_touches_but_something_is_tied() {
+    let folder = folder("tied");
+    let text = r#"<mujoco><worldbody><body><joint name="a" axis="0 1 0"/><geom size="0.1" contype="0" conaffinity="0"/></body>
+        <body pos="1 0 0"><joint name="b" axis="0 1 0"/><geom size="0.1" pos="0.1 0 0" contype="0" conaffinity="0"/></body>
+        </worldbody><equality><joint joint1="a" joint2="b"/></equality></mujoco>"#;
+    let (scene, out) = (scene(&folder, text), folder.join("out"));
+    let out = out.to_str().expect("UTF-8");
+    let said = crate::said(&penny(&["sweep", &scene, "--time", "0.1", "--timesteps", "1e-3..1e-2:2", "--out", out]));
+    let csv = std::fs::read_to_string(Path::new(out).join("sweep.csv")).expect("the table");
+    assert!(csv.contains("tutorial") && csv.contains("penalty") && !said.contains("nothing touches"), "{said}\n{csv}");
+}
+
 #[test]
 fn a_sweep_says_what_its_numbers_are_worth() {
     let folder = folder("worth");

@@ -52,6 +52,7 @@ const OF_FILES: &[(&str, &str, &str, &str, &str)] = &[
     ("clamped", ONE, "solimp='.9 1 .001'", "solimp='.9 .9999 .001'", "`solimp` 1 counts as 0.9999"),
     ("raised", ONE, "friction='1e-7'", "friction='0'", "`friction` 1e-7 counts as 0.00001"),
     ("colour-cut", ONE, "rgba='255 128 0 1'", "rgba='1 .5 0 1'", "divide by 255: `1 0.5 0 1`"),
+    ("colour-cut", ONE, "rgba='2 0 0 1'", "rgba='1 0 0 1'", "1 is full brightness"),
     (
         "long-timestep",
         "<mujoco><option timestep='@'/><worldbody>BALL</worldbody></mujoco>",

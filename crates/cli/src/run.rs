@@ -203,6 +203,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         i = until;
         progress.at(i, elapsed);
         if interrupt.code().is_some() {
+            last = recorder.sample(&model, &state);
             break;
         }
     }

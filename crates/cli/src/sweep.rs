@@ -205,9 +205,11 @@ impl Args {
     }
 }
 
+/// No constraint of any kind: then all laws are one and the same.
 fn contactless(model: &Model) -> bool {
     let requires = &model.requires;
-    requires.pairs + requires.swept + requires.limits + requires.frictionloss == 0
+    let tied = model.tendons.iter().any(|t| t.range.is_some() || t.frictionloss > 0.0);
+    requires.pairs + requires.swept + requires.limits + requires.frictionloss + requires.equalities == 0 && !tied
 }
 
 pub fn sweep(args: &Args) -> Result<(), Failure> {
