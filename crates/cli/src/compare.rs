@@ -279,11 +279,31 @@ fn verdict(
     if own >= 0.5 * apart {
         return format!("no: {} in {place}, and {whose} {}{until}", told(apart), told(own));
     }
+    // Steps that were chosen may be finer than MuJoCo's.
+    let theirs_own =
+        if ours.chosen.is_some() { error_of_steps(model, method, start, &theirs[..=trusted]) } else { 0.0 };
+    if theirs_own >= 0.5 * apart {
+        let h = si(method.timestep, "s");
+        return format!(
+            "no: {} in {place}, and MuJoCo's steps of {h} err by about {}{until}",
+            told(apart),
+            told(theirs_own)
+        );
+    }
     let way = if share < 1e3 { format!(", {} % of what it moves", short(100.0 * share)) } else { String::new() };
     if share < 0.01 {
         return format!("little: {} in {place}{way}; {whose} {}{until}", told(apart), told(own));
     }
     format!("yes: {} in {place}{way}, while {whose} only {}: the laws differ{until}", told(apart), told(own))
+}
+
+/// What MuJoCo's run errs by for its steps alone, about: twice what half of them change, by its law and its integrator, which
+/// Penny has to rounding. Their first order is assumed: of a higher one it is more than they err.
+fn error_of_steps(model: &Model, method: &Method, start: &State, theirs: &[Vec<f64>]) -> f64 {
+    let Some(integrator) = penny::integrate::by_name(&counterpart(model, method)) else { return 0.0 };
+    let half = Method { contact: &mujoco::LAW, integrator, timestep: 0.5 * method.timestep, ..*method };
+    let finer: Vec<Vec<f64>> = rows(model, &half, start, 2 * (theirs.len() - 1)).into_iter().step_by(2).collect();
+    if finer.len() < theirs.len() { 0.0 } else { 2.0 * largest_difference(theirs, &finer).1 }
 }
 
 /// What is known of why a run has left MuJoCo's.
@@ -302,6 +322,16 @@ fn why_different(
     let other = counterpart(model, method);
     if !method.integrator.mjcf.contains(&other.as_str()) {
         reasons.push(format!("integrator: MuJoCo has no {} and runs {other}", method.integrator.name));
+    }
+    if ours.chosen.is_some() {
+        let (_, apart) = largest_difference(&ours.rows, theirs);
+        let of_steps = error_of_steps(model, method, start, &theirs[..ours.rows.len().min(theirs.len())]);
+        if of_steps >= 0.1 * apart {
+            let h = si(method.timestep, "s");
+            reasons.push(format!(
+                "steps: MuJoCo's, of {h}, are not chosen for the accuracy; it errs by about {of_steps:.1e} for them"
+            ));
+        }
     }
     reasons.extend(why::reasons(model, method, start, steps));
     if method.contact.name == mujoco::LAW.name && first_different(kicked, theirs).is_some() {
@@ -436,4 +466,22 @@ fn largest_difference(ours: &[Vec<f64>], theirs: &[Vec<f64>]) -> (usize, f64) {
 /// `z of disk`
 fn coordinate_name(model: &Model, coordinate: usize) -> String {
     coordinates(model).get(coordinate).map_or_else(|| format!("qpos[{coordinate}]"), |c| c.name.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Semi-implicit Euler falls g h t/2 too far, and halving the steps shows half of that.
+    #[test]
+    fn the_error_of_steps_is_told_from_half_of_them() {
+        let text = r#"<mujoco><worldbody><body><joint type="slide" axis="0 0 1"/><geom size="0.1"/></body></worldbody></mujoco>"#;
+        let model = penny::parse("scene.xml", text).unwrap_or_else(|e| panic!("{e}")).model;
+        let integrator = penny::integrate::by_name("Euler").expect("an integrator");
+        let method = Method { contact: &mujoco::LAW, integrator, timestep: 0.002, rounds: penny::forward::ROUNDS };
+        let start = State::new(&model);
+        let theirs = rows(&model, &method, &start, 500);
+        let error = error_of_steps(&model, &method, &start, &theirs);
+        assert!((error - 9.81 * 0.002 * 0.5).abs() < 1e-9, "{error}");
+    }
 }

@@ -56,7 +56,7 @@ pub fn reasons(model: &Model, method: &Method, start: &State, steps: usize) -> V
     if difference.joints > ROUNDING {
         reasons.push(match method.contact.joints {
             true => format!("dry friction of joints: {law} stops a joint with it, MuJoCo lets it creep (its R)"),
-            false => format!("joint limits and dry friction: {law} has none"),
+            false => format!("{}: {law} has none", held(model)),
         });
     }
     let Some(worst) = difference.worst.filter(|_| difference.all > ROUNDING) else { return reasons };
@@ -82,6 +82,18 @@ pub fn reasons(model: &Model, method: &Method, start: &State, steps: usize) -> V
         ));
     }
     reasons
+}
+
+/// What of a scene holds joints and bodies beside contacts.
+fn held(model: &Model) -> String {
+    let requires = &model.requires;
+    let tendons = model.tendons.iter().any(|t| t.range.is_some() || t.frictionloss > 0.0);
+    let all = [
+        (requires.limits + requires.frictionloss > 0, "joint limits and dry friction"),
+        (requires.equalities > 0, "equalities"),
+        (tendons, "limits and dry friction of tendons"),
+    ];
+    all.iter().filter(|(has, _)| *has).map(|(_, what)| *what).collect::<Vec<_>>().join(", ")
 }
 
 /// Runs the steps and adds up by how much the two laws differ at the states that come along.
@@ -231,6 +243,8 @@ mod tests {
         };
         let (limited, dry) = (arm(r#"range="-1 1""#), arm(r#"frictionloss="99""#));
         assert_eq!(why("tutorial", &limited), ["joint limits and dry friction: tutorial has none"]);
+        let tied = format!("{}</worldbody><equality><joint joint1='a'/></equality><worldbody>", arm("name='a'"));
+        assert_eq!(why("tutorial", &tied), ["equalities: tutorial has none"]);
         assert!(why("penalty", &limited).is_empty(), "one limit is MuJoCo's");
         assert!(why("penalty", &dry)[0].starts_with("dry friction of joints: penalty stops a joint"));
     }
