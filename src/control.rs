@@ -51,6 +51,8 @@ pub struct Controlled<'m> {
     thin: f64,
     /// The longest step in which all constraints are as stiff as the scene says, s.
     safe: f64,
+    /// Whether a constraint acted in the last step.
+    touched: bool,
     /// m per unit of each dof (nv).
     sizes: Vec<f64>,
     /// Where the last step began, where it led, and the step to try next, s.
@@ -155,6 +157,7 @@ impl<'m> Controlled<'m> {
             least: LEAST * length.max(f64::MIN_POSITIVE),
             thin: thinnest(model),
             safe: safe(model),
+            touched: false,
             sizes,
             before: start.clone(),
             state: start.clone(),
@@ -251,9 +254,11 @@ impl<'m> Controlled<'m> {
                 timestep = 0.5 * left;
             }
             let shortest = timestep <= self.least;
-            let error = match self.try_step(timestep) {
-                Ok(()) => self.error(left.min(MEMORY)) / self.tolerance,
-                Err(StepError::Diverged(_) | StepError::Crowded { .. }) if !shortest => f64::INFINITY,
+            let (error, touches) = match self.try_step(timestep) {
+                // What begins to touch in so long a step would be softer than the scene says, or not felt at all.
+                Ok(true) if !self.touched && timestep > self.safe && !shortest => (f64::INFINITY, true),
+                Ok(touches) => (self.error(left.min(MEMORY)) / self.tolerance, touches),
+                Err(StepError::Diverged(_) | StepError::Crowded { .. }) if !shortest => (f64::INFINITY, self.touched),
                 Err(error) => return Err(Failed::Step(error)),
             };
             if error <= 1.0 || shortest {
@@ -263,6 +268,7 @@ impl<'m> Controlled<'m> {
                 self.effort.steps += 1;
                 self.effort.forced += usize::from(error > 1.0);
                 self.last = error.max(1e-4);
+                self.touched = touches;
                 return Ok(());
             }
             self.effort.rejected += 1;
@@ -274,19 +280,20 @@ impl<'m> Controlled<'m> {
         }
     }
 
-    /// Takes a step (s) from `before`, and leaves its estimated error in `apart`.
-    fn try_step(&mut self, timestep: f64) -> Result<(), StepError> {
+    /// Takes a step (s) from `before`, and leaves its estimated error in `apart`. Out: whether a constraint acts in it.
+    fn try_step(&mut self, timestep: f64) -> Result<bool, StepError> {
         let Controlled { model, method, estimate, data, state, whole, apart, safe, .. } = self;
         let mut take = |timestep: f64, state: &mut State, evaluations: &mut usize| {
             let outcome = step(model, &Method { timestep, ..*method }, state, data);
             *evaluations += data.counts.forwards;
             apart.copy_from_slice(estimate(data));
-            outcome.map(|()| !data.contacts.is_empty() || !data.joint_rows.is_empty() || !model.equalities.is_empty())
+            let free = data.contacts.is_empty() && data.joint_rows.is_empty() && data.ties.is_empty();
+            outcome.map(|()| !free || !model.equalities.is_empty())
         };
         let evaluations = &mut self.effort.evaluations;
         let touches = take(timestep, state, evaluations)?;
         if !(touches && (method.contact.by_timestep || timestep > *safe)) {
-            return Ok(());
+            return Ok(touches);
         }
         std::mem::swap(whole, state);
         state.copy_from(&self.before);
@@ -296,7 +303,7 @@ impl<'m> Controlled<'m> {
         let (position, velocity) = apart.split_at_mut(model.nv);
         difference(model, &state.qpos, &whole.qpos, position);
         velocity.iter_mut().zip(state.qvel.iter().zip(&whole.qvel)).for_each(|(d, (a, b))| *d = a - b);
-        Ok(())
+        Ok(touches)
     }
 
     /// The last step's error, m.

@@ -90,8 +90,11 @@ class Simulation:
         return float(potential), float(kinetic)
 
     def push(self, body: str | int, force, point=None) -> Simulation:
-        """Adds a force (N) on a body, at a point of the world (m) or at its centre of mass, until `clear_forces`."""
-        thing = self.data.body(body)
+        """Adds a force (N) on a body, at a point of the world (m) or at its centre of mass, until `clear_forces`.
+
+        ValueError: no joint moves the body.
+        """
+        thing = self.data.body(self._moving(body, "a force"))
         arm = np.zeros(3) if point is None else np.asarray(point, dtype=float) - thing.xipos
         thing.xfrc_applied[:3] += force
         thing.xfrc_applied[3:] += np.cross(arm, force)
@@ -103,12 +106,22 @@ class Simulation:
         return self
 
     def set_mass(self, body: str | int, mass: float) -> Simulation:
-        """kg; the moments of inertia change in proportion."""
-        thing = self.model.body(body)
+        """kg; the moments of inertia change in proportion.
+
+        ValueError: no joint moves the body, or nothing could move with this mass.
+        """
+        thing = self.model.body(self._moving(body, "a mass"))
         if thing.mass[0] > 0:
             thing.inertia *= mass / thing.mass[0]
         thing.mass = mass
         return self
+
+    def _moving(self, body: str | int, what: str) -> int:
+        """The id of a body that some joint moves."""
+        m, thing = self.model, self.model.body(body)
+        if m.body_dofnum[m.body_weldid[thing.id]] == 0:
+            raise ValueError(f"{what} has no effect on body {thing.name!r}: no joint moves it")
+        return thing.id
 
     def contact_force(self, on: str | int, other: str | int) -> np.ndarray:
         """The force of all contacts between two geoms on the first, N, world axes."""

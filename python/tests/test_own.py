@@ -42,6 +42,9 @@ def test_pushes_add_up_and_go():
     sim.clear_forces().forward()
     assert not sim.data.qacc.any()
     assert np.isclose(sim.set_mass("b", 4).model.body_inertia[1, 0], 2 * 0.4 * 2 * 0.01)
+    for no_effect in (lambda: sim.push("world", [1, 0, 0]), lambda: sim.set_mass(0, 5)):
+        with pytest.raises(ValueError, match="no joint moves it"):
+            no_effect()
 
 
 def test_what_contacts_mean():

@@ -155,7 +155,16 @@ fn what_is_touched_between_two_steps_is_not_missed() {
         <body><joint type="slide" axis="0 0 1"/><geom size="0.05" mass="1"/></body></worldbody></mujoco>"#;
     const LIMIT: &str = r#"<mujoco><worldbody><body><joint axis="0 1 0" range="-90 29.3"/>
         <geom type="capsule" fromto="0 0 0 0 0 -1" size="0.02"/></body></worldbody></mujoco>"#;
+    // Limits without a shape, which steps of any length may cross.
+    const SLIDE: &str = r#"<mujoco><worldbody><body><joint type="slide" axis="0 0 1" range="-9 0.3"/>
+        <geom size="0.05" mass="1" contype="0" conaffinity="0"/></body></worldbody></mujoco>"#;
+    const TENDON: &str = r#"<mujoco><worldbody><site name="a" pos="0 0 1"/><body pos="0 0 0.5"><joint type="slide" axis="0 0 1"/>
+        <geom size="0.05" mass="1"/><site name="b"/></body></worldbody>
+        <tendon><spatial range="0.2 9"><site site="a"/><site site="b"/></spatial></tendon></mujoco>"#;
     let scenes = [
+        (SLIDE, 0.0, 2.5),
+        (SLIDE, 0.0, 2.6),
+        (TENDON, 0.0, 2.6),
         (WALL, 0.0, 2.0),
         (WALL, 0.0, 5.0),
         (CEILING, 0.0, 3.05),

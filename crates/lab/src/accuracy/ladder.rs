@@ -518,7 +518,7 @@ impl<'c> Paused<'c> {
 
 /// Whether no constraint acts.
 fn free(model: &Model, data: &Data) -> bool {
-    data.contacts.is_empty() && data.joint_rows.is_empty() && model.equalities.is_empty()
+    data.contacts.is_empty() && data.joint_rows.is_empty() && data.ties.is_empty() && model.equalities.is_empty()
 }
 
 /// The same where a run ends: what began in the last step shows there.
