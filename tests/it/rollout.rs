@@ -76,17 +76,17 @@ fn a_table_gives_each_world_what_its_row_says() {
     assert_eq!(speeds, [1.0, 2.0]);
 }
 
+/// `penny`, on its way, without a word.
+fn started(args: &[&str]) -> std::process::Child {
+    let quiet = std::process::Stdio::null;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+    command.current_dir(crate::ROOT).args(args).stdout(quiet()).stderr(quiet()).spawn().expect("penny starts")
+}
+
 /// Starts a rollout and ends it as a power failure would, with some rows written; the last one is cut then.
 fn killed(args: &[&str], out: &Path) {
     let unfinished = beside(out, ".unfinished");
-    let quiet = std::process::Stdio::null;
-    let mut child = Command::new(env!("CARGO_BIN_EXE_penny"))
-        .current_dir(crate::ROOT)
-        .args(args)
-        .stdout(quiet())
-        .stderr(quiet())
-        .spawn()
-        .expect("penny starts");
+    let mut child = started(args);
     patiently("rows come", || std::fs::read_to_string(&unfinished).is_ok_and(|text| text.lines().count() > 1));
     child.kill().and_then(|()| child.wait()).expect("it ends");
     let text = std::fs::read_to_string(&unfinished).expect("rows");
@@ -355,14 +355,7 @@ fn threads_are_no_more_than_have_work() {
             "--out",
             to,
         ];
-        let quiet = std::process::Stdio::null;
-        let mut child = Command::new(env!("CARGO_BIN_EXE_penny"))
-            .current_dir(crate::ROOT)
-            .args(args)
-            .stdout(quiet())
-            .stderr(quiet())
-            .spawn()
-            .expect("penny starts");
+        let mut child = started(&args);
         let tasks = || std::fs::read_dir(format!("/proc/{}/task", child.id())).map_or(0, Iterator::count);
         patiently("threads come", || tasks() > most.min(3));
         std::thread::sleep(std::time::Duration::from_millis(200));

@@ -193,9 +193,9 @@ pub fn solve_as_defined(task: &Task, own: &mut Scratchpad, island: &mut Island) 
 /// Steps in a row of Newton's method on the way of the interior-point method: it is quadratic or of no use.
 const MOST: usize = 4;
 
-/// Steps of Newton's method at most, where it begins with the last step's forces. Without a watchdog, in 500 steps of a falling heap of 30 shapes, 12
-/// leave 334 of 6,834 islands to the interior-point method, 25 leave 255 and save 4 % of the linear systems; of a pile that is
-/// pressed together they save none.
+/// Steps of Newton's method at most, where it begins with the last step's forces. Without a watchdog, in 500 steps of a falling
+/// heap of 30 shapes, 12 leave 334 of 6,834 islands to the interior-point method, 25 leave 255 and save 4 % of the linear systems;
+/// of a pile that is pressed together they save none.
 const DESCEND: usize = 12;
 
 /// Ends of pieces that are passed at most. Of 1,000 steps in which Gymnasium's walker falls and lies 900 pass none, 88 up to

@@ -5,7 +5,11 @@
 //! ends see the same contact, x between them is nearly the cubic with these values and rates; where they do not, x is taken to
 //! change at the rate of the one that sees it. The step may have missed a touch if that is not above zero throughout.
 //!
+//!     x(τ) = x₀ + h ẋ₀ τ + c τ² + d τ³,    c = 3 (x₁ − x₀) − h (2 ẋ₀ + ẋ₁),    d = 2 (x₀ − x₁) + h (ẋ₀ + ẋ₁)        0 ≤ τ ≤ 1
+//!
 //! Far from everything nothing is looked at: geoms that were apart by x cannot touch before they have moved by x.
+//!
+//! Source: Hermite's interpolation; E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, §II.6.
 
 use penny::control::sizes;
 use penny::data::Data;
@@ -30,6 +34,8 @@ pub struct Between {
     moved: f64,
     touching: bool,
     tendons: bool,
+    /// Evaluations of the forces that looks took.
+    pub evaluations: usize,
 }
 
 /// What is near at one end of a step.
@@ -59,16 +65,18 @@ impl Between {
         let model = case.model.clone();
         let mut data = Data::new(&model);
         let sizes = sizes(&model, &case.start.qpos, &mut data);
-        Some(Between { model, data, gap: 0.0, sizes, apart: 0.0, moved: 0.0, touching, tendons })
+        Some(Between { model, data, gap: 0.0, sizes, apart: 0.0, moved: 0.0, touching, tendons, evaluations: 0 })
     }
 
     /// Whether something may have touched in a step at whose ends nothing does.
     pub fn missed(&mut self, method: &Method, before: &State, after: &State) -> bool {
         let h = after.time - before.time;
-        if self.jumped_limit(before, after, h) {
+        let limits = method.contact.joints;
+        if limits && self.jumped_limit(before, after, h) {
             return true;
         }
-        if !self.touching && !self.tendons {
+        let tendons = limits && self.tendons;
+        if !self.touching && !tendons {
             return false;
         }
         // Two bodies may move towards one another.
@@ -78,14 +86,14 @@ impl Between {
             return false;
         }
         self.moved += reach;
-        if self.moved < self.apart && !self.tendons {
+        if self.moved < self.apart && !tendons {
             return false;
         }
         if 2.0 * reach > self.gap && !self.widen(4.0 * reach) {
             return true;
         }
         let Some(start) = self.near(method, before) else { return true };
-        if reach < self.apart && !self.tendons {
+        if reach < self.apart && !tendons {
             self.moved = reach;
             return false;
         }
@@ -129,6 +137,7 @@ impl Between {
         let Between { model, data, .. } = self;
         data.counts = Default::default();
         forward(model, method, state, data);
+        self.evaluations += 1;
         if data.counts.crowded > 0 {
             return None;
         }
@@ -160,25 +169,20 @@ impl Between {
     fn jumped_limit(&self, before: &State, after: &State, h: f64) -> bool {
         let limited = self.model.joints.iter().filter(|_| self.model.opt.flags.limit);
         limited.filter_map(|j| Some((j, j.range?))).any(|(joint, [lower, upper])| {
-            let of = |state: &State| {
+            // A ball joint may, at worst, turn there and back.
+            let of = |state: &State, back: f64| {
                 let (q, v) = (&state.qpos[joint.qposadr..], &state.qvel[joint.dofadr..]);
                 match joint.kind {
                     JointKind::Slide | JointKind::Hinge => [[q[0] - lower, v[0]], [upper - q[0], -v[0]]],
-                    _ => {
+                    JointKind::Ball | JointKind::Free => {
                         let angle = 2.0 * Vec3::new(q[1], q[2], q[3]).norm().atan2(q[0].abs());
-                        let rate = Vec3::new(v[0], v[1], v[2]).norm();
-                        // At worst it turns there and back.
-                        [[lower.max(upper) - angle, -rate], [lower.max(upper) - angle, -rate]]
+                        [[lower.max(upper) - angle, back * Vec3::new(v[0], v[1], v[2]).norm()]; 2]
                     }
                 }
             };
-            let (start, end) = (of(before), of(after));
-            let ball = joint.kind == JointKind::Ball;
-            (0..2).any(|side| {
-                let ([x0, r0], [x1, r1]) = (start[side], end[side]);
-                let (x0, x1) = (x0 - joint.margin, x1 - joint.margin);
-                x0 > 0.0 && x1 > 0.0 && least([[x0, r0], [x1, if ball { -r1 } else { r1 }]], h) <= 0.0
-            })
+            let ends = of(before, -1.0).into_iter().zip(of(after, 1.0));
+            let mut inside = ends.map(|(a, b)| [a, b].map(|[x, rate]| [x - joint.margin, rate]));
+            inside.any(|ends| ends.iter().all(|[x, _]| *x > 0.0) && least(ends, h) <= 0.0)
         })
     }
 }
@@ -186,12 +190,27 @@ impl Between {
 /// Normals are of one contact if the cosine of the angle between them is larger.
 const ALIKE: f64 = 0.5;
 
-/// The least of the cubic with these values and rates at the ends of a step, nearly.
+/// The least of the cubic with these values and rates at the ends of a step.
 fn least([[x0, r0], [x1, r1]]: [[f64; 2]; 2], h: f64) -> f64 {
-    const POINTS: usize = 32;
-    let at = |t: f64| {
-        let s = 1.0 - t;
-        s * s * ((1.0 + 2.0 * t) * x0 + t * h * r0) + t * t * ((1.0 + 2.0 * s) * x1 - s * h * r1)
-    };
-    (0..=POINTS).map(|k| at(k as f64 / POINTS as f64)).fold(f64::INFINITY, f64::min)
+    let (b, c, d) = (h * r0, 3.0 * (x1 - x0) - h * (2.0 * r0 + r1), 2.0 * (x0 - x1) + h * (r0 + r1));
+    // b + 2 c τ + 3 d τ² = 0, without cancellation
+    let q = -(c + (c * c - 3.0 * b * d).max(0.0).sqrt().copysign(c));
+    let inside = [q / (3.0 * d), b / q].into_iter().filter(|t| (0.0..=1.0).contains(t));
+    inside.map(|t| x0 + t * (b + t * (c + t * d))).fold(x0.min(x1), f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::least;
+
+    /// Under a constant acceleration a the cubic is the parabola, whose least is x₀ − v²/2a; and one that has its least at 1/3.
+    #[test]
+    fn the_least_between_two_ends_is_that_of_the_motion() {
+        let (x, v, a, h) = (0.05, -1.0, 9.81, 0.2);
+        let end = [x + v * h + 0.5 * a * h * h, v + a * h];
+        assert!((least([[x, v], end], h) - (x - v * v / (2.0 * a))).abs() < 1e-15);
+        // τ³ + τ² − τ
+        assert!((least([[0.0, -1.0], [1.0, 4.0]], 1.0) + 5.0 / 27.0).abs() < 1e-15);
+        assert_eq!(least([[1.0, 2.0], [3.0, 2.0]], 1.0), 1.0, "straight away");
+    }
 }

@@ -23,6 +23,8 @@ pub struct Rung {
     pub knob: f64,
     pub samples: Vec<Vec<Pose>>,
     pub evaluations: usize,
+    /// Evaluations of looks between its steps (see `between`), which the method that is chosen does not take.
+    looks: usize,
     /// Every so many samples it has one: more than 1 where steps are longer than that.
     stride: usize,
     timestep: f64,
@@ -352,9 +354,9 @@ impl<'c> Ladder<'c> {
                 self.stuck = true;
                 return 0;
             };
-            let before = paused.evaluations();
+            let (before, looked) = (paused.evaluations(), paused.looks());
             let done = paused.go_on(case, before + most as f64);
-            let taken = (paused.evaluations() - before) as usize;
+            let taken = (paused.evaluations() - before) as usize + paused.looks() - looked;
             if done {
                 self.add(case, paused.rung(case, &method));
                 return taken + 1;
@@ -370,13 +372,13 @@ impl<'c> Ladder<'c> {
         let [each, stride] = [between / knob, knob / between].map(|n| n.round().max(1.0) as usize);
         method.timestep = between * stride as f64 / each as f64;
         let rung = fixed(case, &method, [each, stride], most);
-        let evaluations = rung.evaluations;
+        let (evaluations, looks) = (rung.evaluations, rung.looks);
         if evaluations > most {
             self.stuck = true;
         } else {
             self.add(case, rung);
         }
-        evaluations
+        evaluations + looks
     }
 
     fn add(&mut self, case: &Case, rung: Rung) {
@@ -446,7 +448,23 @@ fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) 
     smooth &= !blind && ends_free(case, method, &state, &mut data);
     evaluations += 1;
     let (knob, effort, difference, end, far) = (timestep, None, None, state, Vec::new());
-    Rung { knob, samples, evaluations, stride, timestep, steps, planned, effort, end, smooth, blind, difference, far }
+    let looks = between.map_or(0, |between| between.evaluations);
+    Rung {
+        knob,
+        samples,
+        evaluations,
+        looks,
+        stride,
+        timestep,
+        steps,
+        planned,
+        effort,
+        end,
+        smooth,
+        blind,
+        difference,
+        far,
+    }
 }
 
 impl<'c> Paused<'c> {
@@ -459,6 +477,11 @@ impl<'c> Paused<'c> {
 
     fn evaluations(&self) -> f64 {
         (self.run.effort().evaluations + self.run.looks()) as f64
+    }
+
+    /// Evaluations of looks between its steps.
+    fn looks(&self) -> usize {
+        self.between.as_ref().map_or(0, |between| between.evaluations)
     }
 
     /// Part of the time that is done.
@@ -491,7 +514,7 @@ impl<'c> Paused<'c> {
     }
 
     fn rung(self, case: &Case, method: &Method) -> Rung {
-        let evaluations = self.evaluations() as usize + 1;
+        let (evaluations, looks) = (self.evaluations() as usize + 1, self.looks());
         let Paused { run, knob, samples, smooth, blind, last: end, .. } = self;
         let effort = run.effort();
         let smooth = smooth && !blind && ends_free(case, method, &end, &mut Data::new(&case.model));
@@ -502,6 +525,7 @@ impl<'c> Paused<'c> {
             knob,
             samples,
             evaluations,
+            looks,
             stride,
             timestep,
             steps,
