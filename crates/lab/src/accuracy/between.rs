@@ -34,6 +34,8 @@ pub struct Between {
     moved: f64,
     touching: bool,
     tendons: bool,
+    /// What was near at the end of the last step, where that was looked at: the next one begins there.
+    last: Option<Vec<Near>>,
     /// Evaluations of the forces that looks took.
     pub evaluations: usize,
 }
@@ -65,7 +67,18 @@ impl Between {
         let model = case.model.clone();
         let mut data = Data::new(&model);
         let sizes = sizes(&model, &case.start.qpos, &mut data);
-        Some(Between { model, data, gap: 0.0, sizes, apart: 0.0, moved: 0.0, touching, tendons, evaluations: 0 })
+        Some(Between {
+            model,
+            data,
+            gap: 0.0,
+            sizes,
+            apart: 0.0,
+            moved: 0.0,
+            touching,
+            tendons,
+            last: None,
+            evaluations: 0,
+        })
     }
 
     /// Whether something may have touched in a step at whose ends nothing does.
@@ -85,14 +98,16 @@ impl Between {
             // The run says so itself.
             return false;
         }
+        let last = self.last.take();
         self.moved += reach;
         if self.moved < self.apart && !tendons {
             return false;
         }
-        if 2.0 * reach > self.gap && !self.widen(4.0 * reach) {
+        let wide = 2.0 * reach <= self.gap;
+        if !wide && !self.widen(4.0 * reach) {
             return true;
         }
-        let Some(start) = self.near(method, before) else { return true };
+        let Some(start) = last.filter(|_| wide).or_else(|| self.near(method, before)) else { return true };
         if reach < self.apart && !tendons {
             self.moved = reach;
             return false;
@@ -112,8 +127,10 @@ impl Between {
             [&start, &end].into_iter().flatten().filter(alike).any(|n| n.x <= 0.0)
         };
         let other = |near: &Near, list: &[Near]| list.iter().position(|n| n.key == near.key);
-        start.iter().any(|near| !seen(near) && passed(near, other(near, &end).map(|k| &end[k]), 1.0))
-            || end.iter().any(|near| !seen(near) && passed(near, other(near, &start).map(|k| &start[k]), -1.0))
+        let missed = start.iter().any(|near| !seen(near) && passed(near, other(near, &end).map(|k| &end[k]), 1.0))
+            || end.iter().any(|near| !seen(near) && passed(near, other(near, &start).map(|k| &start[k]), -1.0));
+        self.last = Some(end);
+        missed
     }
 
     /// The fastest that anything moves, m/s, at most.
