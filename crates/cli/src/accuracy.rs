@@ -1,8 +1,11 @@
 //! `--accuracy`: the cheapest method that has it, what it costs, and for how long results can be trusted.
 
+use std::time::Duration;
+
 use super::Failure;
 use super::format::{count, short, si};
 use super::scene;
+use indicatif::{ProgressBar, ProgressFinish};
 use penny::control::{Controlled, Failed};
 use penny::data::Data;
 use penny::forward::{Method, step};
@@ -50,6 +53,7 @@ impl Chosen {
 ///
 /// Errors: no method of the law has it; the message says until when one has.
 pub fn find(case: &Case, method: &Method, wanted: f64) -> Result<Choice, Failure> {
+    let _search = waiting(format!("looking for the cheapest method within {}", si(wanted, "m")));
     accuracy::choose(case, method.contact, wanted, &Budget::seconds(SEARCH)).map_err(|refusal| {
         let growth = horizon::growth(case, method, Stepping::Fixed(method.timestep)).ok();
         refused(&refusal, method, wanted, growth.as_ref())
@@ -63,11 +67,13 @@ pub fn choose(model: &Model, method: &Method, start: &State, seconds: f64, wante
     let case = Case { model: model.clone(), start: start.clone(), seconds };
     let choice = find(&case, method, wanted)?;
     let mut rows = account(&choice, wanted);
+    let twin = waiting("looking how fast errors grow".to_owned());
     // Where controlled steps are too many to be followed, the scene's own will do.
     let own = || horizon::growth(&case, method, Stepping::Fixed(method.timestep));
     if let Ok(growth) = horizon::growth(&case, &choice.method, choice.stepping).or_else(|_| own()) {
         rows.push(["trust".to_owned(), trusted(&growth, wanted, seconds)]);
     }
+    twin.finish_and_clear();
     let steps = (seconds / method.timestep).round().max(1.0) as usize;
     Ok(match choice.stepping {
         Stepping::Fixed(_) => Chosen { method: choice.method, steps: choice.steps, controlled: None, rows },
@@ -76,6 +82,13 @@ pub fn choose(model: &Model, method: &Method, start: &State, seconds: f64, wante
             Chosen { method, steps, controlled: Some((tolerance, MORE * choice.steps)), rows }
         }
     })
+}
+
+/// Says on a terminal what takes long, until it is dropped.
+fn waiting(what: String) -> ProgressBar {
+    let spinner = ProgressBar::new_spinner().with_message(what).with_finish(ProgressFinish::AndClear);
+    spinner.enable_steady_tick(Duration::from_millis(200));
+    spinner
 }
 
 /// What was chosen and what it costs, for a report.

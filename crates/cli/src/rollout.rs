@@ -96,12 +96,6 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     let method = args.method.method(&model)?;
     let start = args.start.state(&model)?;
     let steps = args.length.steps(method.timestep)?;
-    if steps == 0 && !args.length.counted() {
-        let h = si(method.timestep, "s");
-        let why =
-            format!("error: the time is too short for a timestep of {h}: give a longer --time or a smaller --timestep");
-        return Err(Failure::Usage(why));
-    }
     let seconds = steps as f64 * method.timestep;
     let shown = record::chosen(&model, &args.show).map_err(|e| Failure::Usage(format!("error: --show: {e}")))?;
     let mut base = Simulation::new(model.clone(), method);

@@ -350,16 +350,30 @@ impl LengthArgs {
         self.steps.is_some()
     }
 
-    /// Errors: wrong usage, if there are more than [`MOST_STEPS`].
+    /// Steps of that length; warns where they end at another time than was asked for.
+    ///
+    /// Errors: wrong usage, if there are more than [`MOST_STEPS`], or a time in which there is none.
     pub fn steps(&self, timestep: f64) -> Result<usize, Failure> {
         let time = self.time.unwrap_or(DEFAULT_TIME);
         let steps = self.steps.map_or_else(|| (time / timestep).round(), |n| n as f64);
+        let h = si(timestep, "s");
+        if steps == 0.0 && self.steps.is_none() {
+            let time = si(time, "s");
+            let why = format!(
+                "error: {time} is too short for a timestep of {h}: give a longer --time or a smaller --timestep"
+            );
+            return Err(Failure::Usage(why));
+        }
         if steps <= MOST_STEPS as f64 {
+            if self.time.is_some() && (steps - time / timestep).abs() > 1e-6 * steps.max(1.0) {
+                let [end, time] = [steps * timestep, time].map(|t| si(t, "s"));
+                eprintln!("warning: the run ends at {end}: {time} is no whole number of steps of {h}");
+            }
             return Ok(steps as usize);
         }
         let help = match self.steps {
             Some(_) => "--steps".to_owned(),
-            None => format!("{} at a timestep of {}", si(time, "s"), si(timestep, "s")),
+            None => format!("{} at a timestep of {h}", si(time, "s")),
         };
         Err(Failure::Usage(format!(
             "error: {help} makes {} steps; the most is {}",
