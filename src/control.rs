@@ -357,7 +357,7 @@ pub fn extent(model: &Model, body: &Body) -> f64 {
 }
 
 /// Half the smallest size of a geom that can touch another, m; planes cannot be passed through.
-fn thinnest(model: &Model) -> f64 {
+pub fn thinnest(model: &Model) -> f64 {
     let geoms = model.requires.colliding_geoms.iter().map(|&g| &model.geoms[g]);
     let sized = geoms.filter(|g| g.kind != GeomKind::Plane);
     let least = |size: &[f64]| size.iter().copied().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);

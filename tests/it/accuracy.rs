@@ -187,6 +187,23 @@ fn what_is_touched_between_two_steps_is_not_missed() {
     }
 }
 
+/// A ball that rolls, and so touches in every step, is not carried through a wall of a millimetre either.
+#[test]
+fn what_touches_the_ground_does_not_pass_through_a_wall() {
+    const SCENE: &str = r#"<mujoco><default><geom solref="0.002 1"/></default><worldbody><geom type="plane" size="9 9 1"/>
+        <geom type="box" size="0.0005 1 1" pos="1 0 1"/>
+        <body pos="0 0 0.005"><freejoint/><geom size="0.005" mass="1"/></body></worldbody></mujoco>"#;
+    for v in [2.0, 3.0] {
+        let mut sim = Sim::new(SCENE);
+        sim.state.qvel[0] = v;
+        let case = Case { start: sim.state, model: sim.model, seconds: 1.0 };
+        let choice = accuracy::choose(&case, contact::default(), 1e-2, &Budget::unlimited());
+        let choice = choice.unwrap_or_else(|refusal| panic!("at {v}: {refusal}"));
+        let x = choice.end.qpos[0];
+        assert!((0.95..1.0).contains(&x), "at {v}: {x} m by {}", choice.method.integrator.name);
+    }
+}
+
 /// One mass on a spring of 1e-2 to 1e10 N/m, and a light one between two heavy ones, a million times heavier.
 #[test]
 fn twelve_decades_of_stiffness_and_six_of_mass_are_within_tolerance_or_refused() {

@@ -7,16 +7,20 @@
 //!
 //!     x(τ) = x₀ + h ẋ₀ τ + c τ² + d τ³,    c = 3 (x₁ − x₀) − h (2 ẋ₀ + ẋ₁),    d = 2 (x₀ − x₁) + h (ẋ₀ + ẋ₁)        0 ≤ τ ≤ 1
 //!
-//! Far from everything nothing is looked at: geoms that were apart by x cannot touch before they have moved by x.
+//! Far from everything nothing is looked at: geoms whose bounding spheres were apart by x cannot touch before they have moved by x.
+//!
+//! A run that has met something is compared with others that have, too: a bounce that is missed shows there. But not what both have
+//! passed through. So in it x counts where it is below the thickness of the thinnest geom, and steps in which nothing moves as far
+//! as that are not looked at.
 //!
 //! Source: Hermite's interpolation; E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, §II.6.
 
-use penny::control::sizes;
+use penny::control::{sizes, thinnest};
 use penny::data::Data;
-use penny::dynamics::{twist, xipos};
+use penny::dynamics::{kinematics, twist, xipos};
 use penny::forward::{Method, forward};
 use penny::math::Vec3;
-use penny::model::{JointKind, Model};
+use penny::model::{GeomKind, JointKind, Model};
 use penny::state::State;
 
 use crate::sweep::Case;
@@ -29,11 +33,13 @@ pub struct Between {
     gap: f64,
     /// How far a unit of each dof moves what it carries, m per m or per rad.
     sizes: Vec<f64>,
-    /// What all geoms were apart at least at the last look, and how far they may have moved since, m.
+    /// What all geoms were apart at least when that was last seen, and how far they may have moved since, m.
     apart: f64,
     moved: f64,
     touching: bool,
     tendons: bool,
+    /// Half the thickness of the thinnest geom, m.
+    thin: f64,
     /// What was near at the end of the last step, where that was looked at: the next one begins there.
     last: Option<Vec<Near>>,
     /// Evaluations of the forces that looks took.
@@ -67,6 +73,7 @@ impl Between {
         let model = case.model.clone();
         let mut data = Data::new(&model);
         let sizes = sizes(&model, &case.start.qpos, &mut data);
+        let thin = thinnest(&model);
         Some(Between {
             model,
             data,
@@ -76,15 +83,18 @@ impl Between {
             moved: 0.0,
             touching,
             tendons,
+            thin,
             last: None,
             evaluations: 0,
         })
     }
 
-    /// Whether something may have touched in a step at whose ends nothing does.
-    pub fn missed(&mut self, method: &Method, before: &State, after: &State) -> bool {
+    /// Whether something may have touched in a step of a run that has met nothing, or may have been passed through where it
+    /// `met` something.
+    pub fn missed(&mut self, method: &Method, before: &State, after: &State, met: bool) -> bool {
         let h = after.time - before.time;
-        let limits = method.contact.joints;
+        let limits = method.contact.joints && !met;
+        let deep = if met { -self.thin } else { 0.0 };
         if limits && self.jumped_limit(before, after, h) {
             return true;
         }
@@ -99,27 +109,29 @@ impl Between {
             return false;
         }
         let last = self.last.take();
+        if met && reach < self.thin {
+            self.apart = 0.0;
+            return false;
+        }
         self.moved += reach;
+        if self.moved >= self.apart {
+            (self.apart, self.moved) = (self.clearance(before, met), reach);
+        }
         if self.moved < self.apart && !tendons {
             return false;
         }
-        let wide = 2.0 * reach <= self.gap;
-        if !wide && !self.widen(4.0 * reach) {
+        let wide = reach <= self.gap;
+        if !wide && !self.widen(2.0 * reach) {
             return true;
         }
         let Some(start) = last.filter(|_| wide).or_else(|| self.near(method, before)) else { return true };
-        if reach < self.apart && !tendons {
-            self.moved = reach;
-            return false;
-        }
         let Some(end) = self.near(method, after) else { return true };
-        self.moved = 0.0;
         let passed = |near: &Near, other: Option<&Near>, towards: f64| match other {
             Some(other) if near.normal.dot(&other.normal) > ALIKE => {
                 let ends = if towards > 0.0 { [near, other] } else { [other, near] };
-                least(ends.map(|near| [near.x, near.rate]), h) <= 0.0
+                least(ends.map(|near| [near.x, near.rate]), h) <= deep
             }
-            _ => near.x + (towards * near.rate).min(0.0) * h <= 0.0,
+            _ => near.x + (towards * near.rate).min(0.0) * h <= deep,
         };
         // What touches at an end on the same side is seen by the run.
         let seen = |near: &Near| {
@@ -149,7 +161,34 @@ impl Between {
         wide.is_ok()
     }
 
-    /// What is near in a state, and in `apart` how near; `None` where that is too much.
+    /// What all geoms that can touch are apart at least, m, where the run has `met` something those that can be passed through.
+    fn clearance(&mut self, state: &State, met: bool) -> f64 {
+        let Between { model, data, .. } = self;
+        kinematics(model, &state.qpos, data);
+        let (pairs, geoms) = (&model.pairs, &model.geoms);
+        let way = |[a, b]: [usize; 2]| data.geom_xpos[b] - data.geom_xpos[a];
+        let apart = |pair: [usize; 2]| way(pair).norm() - geoms[pair[0]].rbound - geoms[pair[1]].rbound;
+        let listed = pairs.listed.iter().map(|pair| {
+            let margin = model.mixes[pair.mix].margin;
+            match pair.kind[0] {
+                GeomKind::Plane if met => f64::INFINITY,
+                GeomKind::Plane => {
+                    let height = data.geom_xmat[pair.geom[0]].column(2).dot(&way(pair.geom));
+                    height - geoms[pair.geom[1]].rbound - margin
+                }
+                _ => apart(pair.geom) - margin,
+            }
+        });
+        let widest = model.mixes.iter().map(|mix| mix.margin).fold(0.0, f64::max);
+        let moves = |g: usize| model.bodies[geoms[g].body].tree.is_some();
+        let swept = pairs.swept.iter().enumerate().flat_map(|(i, &a)| {
+            let others = pairs.swept[i + 1..].iter().filter(move |b| moves(a) || moves(**b));
+            others.map(move |&b| apart([a, b]) - widest)
+        });
+        listed.chain(swept).fold(f64::INFINITY, f64::min)
+    }
+
+    /// What is near in a state; `None` where that is too much.
     fn near(&mut self, method: &Method, state: &State) -> Option<Vec<Near>> {
         let Between { model, data, .. } = self;
         data.counts = Default::default();
@@ -170,7 +209,6 @@ impl Between {
             let x = c.dist - model.mixes[c.mix as usize].margin;
             list.push(Near { key: (c.geom, c.feature), normal, x, rate });
         }
-        self.apart = list.iter().map(|near| near.x).fold(self.gap, f64::min);
         for (t, tendon) in model.tendons.iter().enumerate().filter(|_| self.tendons) {
             let Some([lower, upper]) = tendon.range else { continue };
             let (length, rate) = (data.ten_length[t], data.ten_velocity[t]);

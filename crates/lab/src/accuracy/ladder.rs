@@ -142,6 +142,9 @@ const FORGOTTEN: f64 = 4.0;
 const FAR: std::ops::Range<f64> = 3.5..8.5;
 /// Where things touch this is so while there are so many steps a sample at most. Longer runs may agree by accident.
 const SHORT: usize = 4;
+/// However far apart their tolerances are, of two controlled runs the distance of the finer one is so many times what it errs at most where
+/// things touch.
+const NEARER: f64 = 3.0;
 /// Two controlled runs that agree may miss a landing alike: neither errs less than this part of its tolerance.
 const FLOOR: f64 = 1.0;
 
@@ -259,7 +262,9 @@ impl<'c> Ladder<'c> {
             let smooth = usize::from(self.smooth(k));
             let order = self.order(k).unwrap_or_else(|| self.unseen(smooth));
             let apart = last.difference?;
-            let error = apart / ((before.knob / last.knob).powf(order) - 1.0);
+            let gain = (before.knob / last.knob).powf(order) - 1.0;
+            let gain = if self.controlled && smooth == 0 { gain.min(NEARER) } else { gain };
+            let error = apart / gain;
             let floor = if self.controlled && smooth == 0 { FLOOR * last.knob } else { 0.0 };
             let far = last.far.iter().filter(|_| smooth == 1 || last.steps <= SHORT * SAMPLES);
             let far = far.map(|[ratio, apart]| apart / (ratio.powf(order.max(1.0)) - 1.0));
@@ -437,8 +442,8 @@ fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) 
             steps += 1;
             evaluations += data.counts.forwards;
             smooth &= free(&case.model, &data);
-            if let Some(between) = between.as_mut().filter(|_| smooth && !blind) {
-                blind = between.missed(method, &before, &state);
+            if let Some(between) = between.as_mut().filter(|_| !blind) {
+                blind = between.missed(method, &before, &state, !smooth);
                 before.copy_from(&state);
             }
         }
@@ -503,7 +508,7 @@ impl<'c> Paused<'c> {
                 }
                 self.smooth &= free(&case.model, self.run.data());
                 if let Some(between) = self.between.as_mut().filter(|_| self.smooth && !self.blind) {
-                    self.blind = between.missed(self.run.method(), self.run.before(), self.run.state());
+                    self.blind = between.missed(self.run.method(), self.run.before(), self.run.state(), false);
                 }
             }
             let Ok(state) = self.run.at(time, usize::MAX) else { return true };
