@@ -374,3 +374,46 @@ fn absurd_numbers_never_panic() {
     }
     assert!(refused > 100, "only {refused} absurd scenes refused");
 }
+
+/// What MuJoCo 4.0.0 makes of a hinge's actuator (the first three numbers of `gainprm` and `biasprm`) by the defaults of its
+/// class and of the class around.
+#[test]
+fn actuators_have_from_defaults_what_mujoco_gives_them() {
+    let servo = r#"<position kp="5" kv="2" ctrlrange="-1 1"/>"#;
+    let cases = [
+        // A shortcut has its numbers from the same shortcut, and from no other.
+        (servo, "", "position", [5.0, 0.0, 0.0], [0.0, -5.0, -2.0]),
+        (servo, "", "velocity", [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+        (servo, "", "intvelocity", [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]),
+        (servo, r#"<velocity kv="3"/>"#, "position", [5.0, 0.0, 0.0], [0.0, -5.0, -2.0]),
+        (servo, r#"<muscle ctrlrange="-1 1"/>"#, "motor", [1.0, 0.0, 0.0], [0.0; 3]),
+        (r#"<cylinder diameter="2" ctrlrange="-1 1"/>"#, "", r#"cylinder area="3""#, [3.0, 0.0, 0.0], [0.0; 3]),
+        // `general` from every one, and every one from `general` with its kind of gain.
+        (servo, "", "general", [5.0, 0.0, 0.0], [0.0, -5.0, -2.0]),
+        (servo, r#"<general gainprm="7"/>"#, "position", [7.0, 0.0, 0.0], [0.0, -7.0, -2.0]),
+        (r#"<general gainprm="6" ctrlrange="-1 1"/>"#, "", "position", [6.0, 0.0, 0.0], [0.0, -6.0, 0.0]),
+        (servo, r#"<general gaintype="affine"/>"#, "position", [5.0, 0.0, 0.0], [0.0, -5.0, -2.0]),
+        // What the element says itself takes the place of its counterpart.
+        (r#"<position dampratio="1" ctrlrange="-1 1"/>"#, "", r#"position kv="9""#, [1.0, 0.0, 0.0], [0.0, -1.0, -9.0]),
+        (r#"<position inheritrange="1"/>"#, "", r#"position ctrlrange="-1 1""#, [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]),
+    ];
+    for (outer, inner, actuator, gain, bias) in cases {
+        let xml = format!(
+            r#"<mujoco><default>{outer}<default class="c">{inner}</default></default>
+            <worldbody><body><joint name="j" range="-90 90"/><geom size=".1"/></body></worldbody>
+            <actuator><{actuator} class="c" joint="j"/></actuator></mujoco>"#
+        );
+        let model = model("actuator", &xml);
+        let flat = penny::parse("actuator.xml", &xml).unwrap_or_else(|failure| panic!("{failure}"));
+        let flat = penny::compile::canonical(&flat.document, std::path::Path::new("."));
+        for model in [model, self::model("flat", &flat)] {
+            let found = &model.actuators[0];
+            assert_eq!((found.gain, found.bias), (gain, bias), "{xml}\n{flat}");
+            assert_eq!(found.ctrlrange, Some([-1.0, 1.0]), "{xml}\n{flat}");
+        }
+    }
+    // Without numbers a damper does not damp.
+    let damper = r#"<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+        <actuator><damper joint="j" ctrlrange="0 1"/></actuator></mujoco>"#;
+    assert_eq!(model("damper", damper).actuators[0].gain, [0.0; 3]);
+}
