@@ -375,6 +375,21 @@ fn absurd_numbers_never_panic() {
     assert!(refused > 100, "only {refused} absurd scenes refused");
 }
 
+/// Two geoms, neither along the axes of the whole: MuJoCo's `body_iquat`, of which a sensor of the body's frame shows all.
+#[test]
+fn principal_axes_are_mujocos_in_order_and_direction() {
+    let geoms = r#"<geom type="box" size=".1 .2 .3" euler="10 20 30"/><geom size=".1" pos=".2 .1 -.3"/>"#;
+    let xml = format!("<mujoco><worldbody><body><freejoint/>{geoms}</body></worldbody></mujoco>");
+    let found = penny::math::wxyz(&model("axes", &xml).bodies[1].iquat);
+    let mujoco = [0.90874352914, 0.10441305319, 0.01776025231, 0.40369256372];
+    let sign = found[0].signum();
+    assert!(found.iter().zip(mujoco).all(|(f, m)| (f * sign - m).abs() < 1e-10), "{found:?}");
+    // Of equal moments the axes stay where they are.
+    let geoms = r#"<geom size=".1"/><geom size=".2" euler="10 20 30"/>"#;
+    let xml = format!("<mujoco><worldbody><body><freejoint/>{geoms}</body></worldbody></mujoco>");
+    assert_eq!(penny::math::wxyz(&model("axes", &xml).bodies[1].iquat), [1.0, 0.0, 0.0, 0.0]);
+}
+
 /// What MuJoCo 4.0.0 makes of a hinge's actuator (the first three numbers of `gainprm` and `biasprm`) by the defaults of its
 /// class and of the class around.
 #[test]
