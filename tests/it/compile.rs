@@ -390,6 +390,23 @@ fn principal_axes_are_mujocos_in_order_and_direction() {
     assert_eq!(penny::math::wxyz(&model("axes", &xml).bodies[1].iquat), [1.0, 0.0, 0.0, 0.0]);
 }
 
+/// A joint's `springdamper` says its own damping; an actuator's comes on top, as MuJoCo's `dof_damping` and
+/// `actuator_damping` do.
+#[test]
+fn an_actuator_damps_a_springdamper_too() {
+    let damping = |joint: &str, actuator: &str| {
+        let xml = format!(
+            r#"<mujoco><worldbody><body><joint name="j" springdamper=".1 1" {joint}/><geom size=".1" pos=".3 0 0"/></body></worldbody>
+            <actuator><motor joint="j" {actuator}/></actuator></mujoco>"#
+        );
+        model("springdamper", &xml).dofs[0].damping
+    };
+    let alone = damping("", "");
+    assert!((alone - 7.87492558).abs() < 1e-8, "{alone}");
+    assert_eq!(damping(r#"damping="1""#, ""), alone);
+    assert!((damping("", r#"damping=".5" gear="2""#) - alone - 2.0).abs() < 1e-12);
+}
+
 /// What MuJoCo 4.0.0 makes of a hinge's actuator (the first three numbers of `gainprm` and `biasprm`) by the defaults of its
 /// class and of the class around.
 #[test]
