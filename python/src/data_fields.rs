@@ -209,7 +209,7 @@ pub const FIELDS: &[Field] = &[
             let scratch = scratch.get_or_insert_with(|| Data::new(model));
             scratch.follow(model);
             let energy = energy::energy(model, at, scratch);
-            out.extend([energy.potential, energy.kinetic]);
+            out.extend([energy.potential + energy::potential_of_fixed(model, scratch), energy.kinetic]);
         },
     },
 ];

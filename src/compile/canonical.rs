@@ -10,12 +10,12 @@ use crate::draft::real;
 use crate::math::{Mat3, Quat, Vec3, wxyz};
 use crate::mjcf::schema::{self, Kind, Row};
 use crate::mjcf::spec::{Compiler, Orientation, Pose};
-use crate::mjcf::{Document, MAIN, NodeId, ORIENTATIONS, compiler, family, files_of, is_command};
+use crate::mjcf::{self, Document, MAIN, NodeId, ORIENTATIONS, compiler, files_of, is_actuator, is_command};
 
 /// Attributes by name, as they would be written.
 type Values = BTreeMap<String, String>;
 
-/// For each class, what it gives each family of elements.
+/// For each class, what it gives each element.
 type Classes = BTreeMap<String, BTreeMap<String, Values>>;
 
 /// The sections of a file in the order in which they are written. Of those before the assets several are one, whose later
@@ -46,11 +46,12 @@ const MERGED: usize = 5;
 /// In: `folder`, where the file will be: the files of meshes and pictures are named from there.
 pub fn canonical(document: &Document, folder: &Path) -> String {
     let compiler = compiler(document);
-    let mut writer = Writer { document, compiler, classes: Classes::new(), folder, out: String::new() };
     let Some(root) = document.root() else { return String::new() };
     let sections = |name: &str| -> Vec<NodeId> {
         document.node(root).children.iter().copied().filter(|&n| document.node(n).name == name).collect()
     };
+    let actuators = mjcf::Classes::read(document, &sections("default"), compiler.degree, &mut Vec::new());
+    let mut writer = Writer { document, compiler, classes: Classes::new(), actuators, folder, out: String::new() };
     writer.classes.insert(MAIN.to_string(), BTreeMap::new());
     sections("default").into_iter().for_each(|node| writer.class(node, MAIN));
     let values = writer.own(root);
@@ -85,6 +86,8 @@ struct Writer<'a> {
     document: &'a Document,
     compiler: Compiler,
     classes: Classes,
+    /// What they give actuators, which have it from each other.
+    actuators: mjcf::Classes<'a>,
     folder: &'a Path,
     out: String,
 }
@@ -99,7 +102,7 @@ impl Writer<'_> {
             let element = &document.node(child).name;
             let given = self.own(child);
             let class = self.classes.entry(name.to_string()).or_default();
-            overlay(class.entry(family(element).to_string()).or_default(), given, schema::find("default", element));
+            overlay(class.entry(element.to_string()).or_default(), given, schema::find("default", element));
         }
         for child in nested {
             let Some(class) = document.attribute(child, "class") else { continue };
@@ -119,19 +122,38 @@ impl Writer<'_> {
         let name = &self.document.node(node).name;
         let row = schema::find(parent, name);
         // What ties name is no element of the world.
-        let family = match parent {
-            "fixed" | "spatial" => String::new(),
-            "tendon" | "equality" => parent.to_string(),
-            _ => family(name).to_string(),
+        let element = match parent {
+            "fixed" | "spatial" => "",
+            "tendon" | "equality" => parent,
+            _ => name,
         };
         let has_class = row.is_some_and(|row| row.attribute("class").is_some()) && name != "frame";
         let class = self.document.attribute(node, "class").map_or(class, |a| &*a.value);
-        let given = self.classes.get(class).and_then(|class| class.get(&family)).filter(|_| has_class);
-        let mut values = given.cloned().unwrap_or_default();
-        // A family shares its defaults; each takes what it knows.
+        let mut values = if is_actuator(element) {
+            self.actuator(class, parent, element)
+        } else {
+            let given = self.classes.get(class).and_then(|class| class.get(element)).filter(|_| has_class);
+            given.cloned().unwrap_or_default()
+        };
+        // Each takes what it knows.
         values.retain(|name, _| row.is_some_and(|row| row.attribute(name).is_some() || row.is_silent(name)));
         overlay(&mut values, self.own(node), row);
+        let own = |name: &str| self.document.attribute(node, name).map(|own| &*own.value);
+        mjcf::replaced(name, own).into_iter().for_each(|other| drop(values.remove(other)));
         values
+    }
+
+    fn actuator(&self, class: &str, parent: &str, element: &str) -> Values {
+        let given = self.actuators.values(class, parent, element);
+        let written = given.iter().filter_map(|(name, value)| {
+            let value = match value {
+                mjcf::Value::Numbers(all) => all.iter().map(f64::to_string).collect::<Vec<_>>().join(" "),
+                mjcf::Value::Text(text) => text.to_string(),
+                mjcf::Value::Nothing => return None,
+            };
+            Some((name.to_string(), value))
+        });
+        written.collect()
     }
 
     fn children(&mut self, node: NodeId, parent: &str, context: &Context, depth: usize) {

@@ -201,7 +201,8 @@ pub fn fill(model: &mut Model, world: &[&spec::Joint], spec: &Spec) {
     let parts = model.parts_mut();
     for (j, dofs, stiffness, damping) in springs {
         parts.joints[j].stiffness = stiffness;
-        parts.dofs[dofs].iter_mut().for_each(|dof| dof.damping = damping);
+        // Beside that of actuators.
+        parts.dofs[dofs].iter_mut().for_each(|dof| dof.damping += damping);
     }
     for (i, kv) in gains {
         parts.actuators[i].bias[2] = -kv;

@@ -39,21 +39,61 @@ pub fn tensor(moments: &Vec3, quat: &Quat) -> Mat3 {
     r * Mat3::from_diagonal(moments) * r.transpose()
 }
 
-/// Principal moments, largest first, and the axes (columns, right-handed; the largest components of the first two
-/// are positive, so that axes that are in order already come out as the identity). `None`: a number overflowed.
+/// Principal moments, largest first, and the axes (columns, right-handed). `None`: a number overflowed.
+///
+/// Jacobi's method: the largest element beside the diagonal is turned away until all are lost in rounding. Which of the axes'
+/// two directions come out, and which axes where moments are equal, is no matter of physics; a sensor of a body's frame shows
+/// it, so turns and exchanges are MuJoCo's.
+///
+/// Source: G. H. Golub, C. F. Van Loan, Matrix Computations, §8.5; checked against `body_iquat` of MuJoCo 4.0.0.
 pub fn principal(tensor: &Mat3) -> Option<(Vec3, Mat3)> {
     if !tensor.iter().all(|i| i.is_finite()) {
         return None;
     }
-    let eigen = tensor.symmetric_eigen();
-    let mut order = [0, 1, 2];
-    order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
-    let [x, y] = [0, 1].map(|k| {
-        let axis = eigen.eigenvectors.column(order[k]).into_owned();
-        axis * axis[axis.iamax()].signum()
-    });
-    Some((Vec3::from(order.map(|k| eigen.eigenvalues[k])), Mat3::from_columns(&[x, y, x.cross(&y)])))
+    let scale = tensor.amax();
+    let mut axes = Mat3::identity();
+    if scale == 0.0 {
+        return Some((Vec3::zeros(), axes));
+    }
+    let mut turned = tensor / scale;
+    for _ in 0..MOST_TURNS {
+        let beside = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| (turned[(i, j)].abs(), i, j));
+        // Of equal ones the last.
+        let Some(&(largest, i, j)) = beside.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+        if largest <= ROUNDING {
+            break;
+        }
+        let tau = (turned[(j, j)] - turned[(i, i)]) / (2.0 * turned[(i, j)]);
+        let tangent = 1.0f64.copysign(tau) / (tau.abs() + (1.0 + tau * tau).sqrt());
+        let (cos, sin) = (1.0 / tangent.hypot(1.0), tangent / tangent.hypot(1.0));
+        let moved = tangent * turned[(i, j)];
+        (turned[(i, i)], turned[(j, j)]) = (turned[(i, i)] - moved, turned[(j, j)] + moved);
+        let k = 3 - i - j;
+        let (x, y) = (turned[(i, k)], turned[(j, k)]);
+        let (x, y) = (cos * x - sin * y, sin * x + cos * y);
+        for (place, value) in [((i, j), 0.0), ((i, k), x), ((j, k), y)] {
+            turned[place] = value;
+            turned[(place.1, place.0)] = value;
+        }
+        let (x, y) = (axes.column(i).into_owned(), axes.column(j).into_owned());
+        axes.set_column(i, &(cos * x - sin * y));
+        axes.set_column(j, &(sin * x + cos * y));
+    }
+    let mut moments = turned.diagonal();
+    for i in [0, 1, 0] {
+        if moments[i] + ROUNDING < moments[i + 1] {
+            moments.swap_rows(i, i + 1);
+            // A quarter turn about the third axis.
+            axes.swap_columns(i, i + 1);
+            axes.column_mut(i + 1).neg_mut();
+        }
+    }
+    Some((moments * scale, axes)).filter(|(moments, _)| moments.iter().all(|i| i.is_finite()))
 }
+
+const MOST_TURNS: usize = 100;
+/// What is lost in rounding, against the largest element.
+const ROUNDING: f64 = 1e-15;
 
 /// Volume (m³) of a shape, or the area (m²) of its surface.
 ///

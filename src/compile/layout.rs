@@ -254,7 +254,8 @@ fn add_joint<'a>(world: &mut World<'a>, joint: &'a spec::Joint, body: usize, com
         solimp_friction: joint.solimpfriction,
     });
     world.joint_specs.push(joint);
-    let (damping, armature, frictionloss) = (joint.damping, joint.armature, joint.frictionloss);
+    let damping = if joint.springdamper.is_some() { 0.0 } else { joint.damping };
+    let (armature, frictionloss) = (joint.armature, joint.frictionloss);
     let dof = Dof { joint: id, body, damping, armature, frictionloss, invweight0: 0.0 };
     world.dofs.extend(std::iter::repeat_n(dof, joint.kind.nv()));
 }

@@ -132,6 +132,17 @@ pub fn least_regularisation(implicit: bool, a: f64) -> f64 {
     if implicit { 1e-5 * a } else { 0.0 }
 }
 
+/// The inverse mass that a contact meets, 1/kg.
+///
+/// MuJoCo's estimate for a body is that of its centre of mass, of which a joint through it (a seesaw's) leaves nothing. What
+/// that is a measure for, such as a stiffness in N/m, would be infinite.
+///
+/// In: `estimate`, MuJoCo's; `there`, with how far the bodies turn away under a push at the contact.
+#[inline]
+pub fn noticeable(estimate: f64, there: f64) -> f64 {
+    if estimate < 1e-9 * there { there } else { estimate }
+}
+
 /// Depth over which a contact switches on, m.
 ///
 ///     explicit integrators: 0                implicit ones: w = 0.1 g h²

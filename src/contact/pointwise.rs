@@ -4,6 +4,7 @@
 //! [`super::Law::shortcut`].
 
 use super::free_bodies::{FreeBodies, Room};
+use super::impedance::noticeable;
 use super::island::{Island, Source};
 use super::{Lever, Task};
 use crate::data::{Contact, Outcome};
@@ -23,9 +24,9 @@ pub struct Point<'a> {
     /// Velocities along the contact's directions: separation and two of slip where the law's forces act
     /// ([`super::Lever`]), m/s; spin about the normal and two of roll, rad/s. Beyond condim they are 0.
     pub velocity: [f64; 6],
-    /// MuJoCo's estimates of the pair's inverse mass and inertia (`invweight0` of the two bodies), 1/kg, 1/(kg m²).
+    /// MuJoCo's estimate of the pair's inverse mass (`invweight0` of the two bodies), where it is one ([`noticeable`]), 1/kg.
     pub inverse_mass: f64,
-    /// The same for spin, 1/(kg m²).
+    /// And for spin, 1/(kg m²).
     pub inverse_inertia: f64,
 }
 
@@ -105,12 +106,17 @@ fn at(task: &Task, contact: &Contact, dim: usize, velocity: [f64; 6], force: imp
         return [0.0; 6];
     }
     let weights = contact.body.map(|b| task.model.bodies[b as usize].invweight0);
+    let inverse_mass = weights[0][0] + weights[1][0];
+    let turned = |side: usize| {
+        let lever = contact.pos - task.data.movers[contact.body[side] as usize].com;
+        weights[side][1] * lever.norm_squared()
+    };
     let mut force = force(&Point {
         contact,
         mix: &task.model.mixes[contact.mix as usize],
         depth: -contact.dist,
         velocity,
-        inverse_mass: weights[0][0] + weights[1][0],
+        inverse_mass: noticeable(inverse_mass, inverse_mass + turned(0) + turned(1)),
         inverse_inertia: weights[0][1] + weights[1][1],
     });
     force[dim..].fill(0.0);

@@ -71,6 +71,15 @@ pub fn energy(model: &Model, state: &State, data: &mut Data) -> Energy {
     energy
 }
 
+/// Potential energy in gravity of what stands in no tree: MuJoCo's `e_potential` has it, too, J.
+///
+/// The kinematics in `data` have to be those of the state.
+pub fn potential_of_fixed(model: &Model, data: &Data) -> f64 {
+    let fixed = model.bodies.iter().enumerate().skip(1).filter(|(_, body)| body.tree.is_none() && body.mass != 0.0);
+    let weights = fixed.map(|(b, body)| -body.mass * model.opt.gravity.dot(&super::xipos(model, data, b)));
+    if model.opt.flags.gravity { weights.sum() } else { 0.0 }
+}
+
 /// Momentum of a state. Brings the kinematics in `data` to the state.
 pub fn momentum(model: &Model, state: &State, data: &mut Data) -> Momentum {
     update(model, state, data);

@@ -239,7 +239,14 @@ impl<'a> Check<'a> {
             if !row.is_silent(&attribute.name) {
                 let (element, name) = (element.to_string(), attribute.name.to_string());
                 let removed = removed::attribute(&element, attribute);
-                let near = self.nearest(&name, row.attribute_names());
+                // What is there already is not what was meant.
+                let document = self.document;
+                let free = |other: &&str| document.attribute(node, other).is_none();
+                let meant = ELSEWHERE.iter().find(|(word, _)| *word == name).map(|(_, meant)| *meant);
+                let near = match meant.filter(|meant| row.attribute(meant).is_some()) {
+                    Some(meant) => Some(meant).filter(free),
+                    None => self.nearest(&name, row.attribute_names().filter(free)),
+                };
                 let of_joints = element == "freejoint"
                     && schema::find("body", "joint").is_some_and(|j| j.attribute(&name).is_some());
                 let kind = ProblemKind::UnknownAttribute { element, attribute: name };
@@ -579,6 +586,9 @@ impl<'a> Check<'a> {
         self.problems.push(Problem { help: hint(column), ..problem });
     }
 }
+
+/// Words for what MJCF calls otherwise, and whose nearest name in MJCF is something else.
+const ELSEWHERE: &[(&str, &str)] = &[("kd", "kv")];
 
 /// The nearest of some names, of which so many are `left` to be compared.
 fn nearest_of<'n>(left: &mut usize, name: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {

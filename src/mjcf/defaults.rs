@@ -8,6 +8,7 @@ use super::document::{Document, NodeId};
 use super::error::{Problem, ProblemKind};
 use super::lints;
 use super::schema::{self, Kind, Row};
+use super::shortcuts;
 
 /// A value as it was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +32,16 @@ impl<'a> Values<'a> {
         let at = self.0.iter().position(|(of, _)| *of == name)?;
         Some(self.0.swap_remove(at).1)
     }
+
+    pub fn put(&mut self, name: &'static str, value: Value<'a>) {
+        self.take(name);
+        self.0.push((name, value));
+    }
+
+    /// Those whose names are so.
+    pub fn only(&self, keep: impl Fn(&str) -> bool) -> Values<'a> {
+        Values(self.0.iter().filter(|(name, _)| keep(name)).cloned().collect())
+    }
 }
 
 impl<'a> Deref for Values<'a> {
@@ -49,7 +60,8 @@ pub struct Classes<'a> {
     nothing: Arc<Values<'a>>,
 }
 
-type Class<'a> = BTreeMap<&'a str, Arc<Values<'a>>>;
+/// By element.
+pub type Class<'a> = BTreeMap<&'a str, Arc<Values<'a>>>;
 
 pub const MAIN: &str = "main";
 
@@ -60,16 +72,18 @@ impl<'a> Classes<'a> {
     pub fn read(document: &'a Document, sections: &[NodeId], degree: bool, problems: &mut Vec<Problem>) -> Classes<'a> {
         let mut classes = Classes { classes: BTreeMap::from([(MAIN, Class::default())]), nothing: Arc::default() };
         for &section in sections {
-            classes.class(document, section, MAIN, degree, problems);
+            classes.class(document, section, MAIN, &Class::default(), degree, problems);
         }
         classes
     }
 
+    /// `outer`: what the class has from the one around it.
     fn class(
         &mut self,
         document: &'a Document,
         node: NodeId,
         name: &'a str,
+        outer: &Class<'a>,
         degree: bool,
         problems: &mut Vec<Problem>,
     ) {
@@ -80,7 +94,7 @@ impl<'a> Classes<'a> {
             let element = &document.node(child).name;
             if let Some(row) = schema::find("default", element) {
                 let class = self.classes.entry(name).or_default();
-                let values = Arc::make_mut(class.entry(family(element)).or_default());
+                let values = Arc::make_mut(class.entry(element).or_default());
                 overlay(document, child, row, &Values::default(), values, problems);
                 let kind = match values.get("type") {
                     Some(Value::Text(kind)) => kind,
@@ -88,6 +102,7 @@ impl<'a> Classes<'a> {
                 };
                 let lint = if degree { lints::radians } else { lints::degrees };
                 lint(document, child, row, kind, problems);
+                shortcuts::share(class, element, outer);
             }
         }
         for child in nested {
@@ -96,28 +111,20 @@ impl<'a> Classes<'a> {
                 continue;
             };
             let inherited = self.classes.get(name).cloned().unwrap_or_default();
-            self.classes.insert(&class.value, inherited);
-            self.class(document, child, &class.value, degree, problems);
+            self.classes.insert(&class.value, inherited.clone());
+            self.class(document, child, &class.value, &inherited, degree, problems);
         }
     }
 
     /// What a class gives an element; nothing if there is no such class.
     pub fn values(&self, class: &str, parent: &str, element: &str) -> Arc<Values<'a>> {
-        let family = match parent {
+        let element = match parent {
             // What they tie together has its own defaults elsewhere.
             "fixed" | "spatial" => return self.nothing.clone(),
             "tendon" | "equality" => parent,
-            _ => family(element),
+            _ => element,
         };
-        self.classes.get(class).and_then(|c| c.get(family)).unwrap_or(&self.nothing).clone()
-    }
-}
-
-/// The kinds of actuator share one set of defaults, as in MuJoCo.
-pub fn family(element: &str) -> &str {
-    match element {
-        "motor" | "position" | "velocity" | "intvelocity" | "damper" | "cylinder" | "general" => "actuator",
-        _ => element,
+        self.classes.get(class).and_then(|c| c.get(element)).unwrap_or(&self.nothing).clone()
     }
 }
 
@@ -186,6 +193,10 @@ pub fn overlay<'a>(
                 own.0.push((column.name, Value::Text(&attribute.value)));
             }
         }
+    }
+    let value = |name: &str| document.attribute(node, name).map(|own| &*own.value);
+    for name in shortcuts::replaced(&document.node(node).name, value) {
+        own.put(name, Value::Nothing);
     }
     if doubtful {
         mixed_solref(document, node, own, problems);

@@ -24,6 +24,7 @@ mod removed;
 mod render;
 mod replicate;
 pub mod schema;
+mod shortcuts;
 pub mod source;
 // Fields have the names and units of the attributes that they come from: see `table`.
 #[allow(missing_docs)]
@@ -35,7 +36,7 @@ mod ties;
 use std::path::Path;
 
 pub(crate) use bodies::instead_of;
-pub(crate) use defaults::{MAIN, ORIENTATIONS, family};
+pub(crate) use defaults::{Classes, MAIN, ORIENTATIONS, Value};
 pub use document::{Document, NodeId, Span};
 pub use error::{Edit, Problem, ProblemKind, Severity};
 pub(crate) use files::files_of;
@@ -47,6 +48,7 @@ pub use printable::{one_line, printable};
 pub use read::PENNY_TRUTHS;
 pub(crate) use read::compiler;
 pub use render::render;
+pub(crate) use shortcuts::{is_actuator, replaced};
 pub use spec::Spec;
 
 /// A scene that can be compiled.

@@ -418,12 +418,10 @@ impl<'a> Reader<'a> {
         let item = self.item(node, "actuator", MAIN)?;
         let element = self.document.node(node).name.to_string();
         let (kp, kv) = (item.number("kp"), item.number("kv"));
-        // Kinds of actuator share their defaults: each takes what it has itself.
-        let own = |name: &str| if item.row.attribute(name).is_some() { item.number(name) } else { 0.0 };
-        let (dampratio, inheritrange) = (own("dampratio"), own("inheritrange"));
+        let (mut dampratio, inheritrange) = (item.number("dampratio"), item.number("inheritrange"));
         let servo = ([kp, 0.0, 0.0], [0.0, -kp, -kv]);
         let filter = item.number("timeconst");
-        let (kind, (gain, bias), activation) = match element.as_str() {
+        let (kind, (gain, mut bias), activation) = match element.as_str() {
             "motor" => (ActuatorKind::Motor, ([1.0, 0.0, 0.0], [0.0; 3]), Activation::None),
             "position" if filter > 0.0 => (ActuatorKind::Position, servo, Activation::ExactFilter(filter)),
             "position" => (ActuatorKind::Position, servo, Activation::None),
@@ -437,6 +435,10 @@ impl<'a> Reader<'a> {
             }
             _ => (ActuatorKind::General, (self.gain(&item), self.bias(&item)), self.activation(&item)),
         };
+        // As in MuJoCo, a servo whose damping has the wrong sign has a damping ratio.
+        if element == "general" && bias[1] == -gain[0] && bias[2] > 0.0 {
+            dampratio = std::mem::take(&mut bias[2]);
+        }
         if element == "damper" && item.array::<2>("ctrlrange").iter().any(|x| *x < 0.0) {
             let what = "a damper takes no negative control".to_string();
             self.meaningless(node, "ctrlrange", what, "give a range from zero upwards");

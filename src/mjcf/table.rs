@@ -218,8 +218,8 @@ pub const SCHEMA: &[Element] = &[
     silent("config", "plugin", "key value"),
     // Default classes.
     element("default", "mujoco default", &[&[text("class")]]),
-    // Of what Penny cannot use anyway, the defaults do not matter.
-    silent("orientation pid muscle adhesion dcmotor", "default", "*").once(),
+    // What Penny cannot use, but other actuators have something from.
+    silent("orientation pid muscle adhesion dcmotor", "default", "*").typed(&[ACTUATOR, CTRLLIMITED]).once(),
     element("equality", "default", &[EQUALITY]),
     element("tendon", "default", &[TENDON, DRAWN]).and("group"),
     // Bodies.
@@ -469,7 +469,7 @@ pub const SCHEMA: &[Element] = &[
         ],
     )
     .and("group interp"),
-    element("damper", "actuator default", &[ACTUATOR, &[number("kv", "1", "N s/m or N m s/rad").not_negative()]])
+    element("damper", "actuator default", &[ACTUATOR, &[number("kv", "0", "N s/m or N m s/rad").not_negative()]])
         .and("group interp"),
     element(
         "cylinder",

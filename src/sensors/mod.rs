@@ -57,7 +57,9 @@ fn sense_all(model: &Model, law: &Law, state: &State, data: &mut Data) {
         let energy = energy::energy(model, state, data);
         for sensor in &model.sensors {
             match sensor.kind {
-                SensorKind::PotentialEnergy => values[sensor.adr] = energy.potential,
+                SensorKind::PotentialEnergy => {
+                    values[sensor.adr] = energy.potential + energy::potential_of_fixed(model, data);
+                }
                 SensorKind::KineticEnergy => values[sensor.adr] = energy.kinetic,
                 _ => continue,
             }

@@ -133,6 +133,16 @@ fn sensors_are_columns_too() {
     assert_eq!(json["units"], serde_json::json!(["N", "rad/s", "rad/s", "rad/s"]));
 }
 
+/// MuJoCo's potential energy is that of all bodies, also of those that stand still.
+#[test]
+fn the_potential_energy_that_a_sensor_measures_is_mujocos() {
+    let text = r#"<mujoco><worldbody><body pos="0 0 1"><freejoint/><geom size=".1" mass="2"/></body>
+        <body pos="0 0 -1"><geom size=".1" pos="0 0 .25" mass="3"/></body></worldbody>
+        <sensor><e_potential name="u"/></sensor></mujoco>"#;
+    let rows = columns(&file("potential.xml", text), &["--steps", "1"], &["u"]);
+    near(rows[0][0], 9.81 * (2.0 - 3.0 * 0.75), 1e-12);
+}
+
 #[derive(Deserialize)]
 struct Golden {
     name: String,

@@ -275,6 +275,21 @@ fn what_is_fixed_is_no_longer_wrong() {
     }
 }
 
+/// A fix neither writes an attribute twice nor takes a derivative's gain for a position's.
+#[test]
+fn a_misspelt_name_is_none_that_is_there_already() {
+    let xml = |names: [&str; 3]| {
+        let [first, second, third] = names;
+        format!(
+            r#"<mujoco><worldbody><body><joint name="j"/><geom size=".1" mass="1" {third}="2"/></body></worldbody><actuator>
+            <position joint="j" {first}="1"/><position joint="j" kp="9" {second}="1"/></actuator></mujoco>"#
+        )
+    };
+    let failure = penny::parse("names.xml", &xml(["kd", "kd", "mas"])).expect_err("misspelt");
+    let fixed = &mjcf::fixed(&failure.document, &failure.problems)[0].text;
+    assert_eq!(*fixed, xml(["kv", "kv", "mas"]));
+}
+
 #[test]
 fn programs_read_problems_as_json_and_sarif() {
     let bad = format!("{FOLDER}/misspelt_attribute.xml");

@@ -142,6 +142,39 @@ fn what_rolls_goes_on_rolling() {
     }
 }
 
+/// A seesaw turns about its centre of mass, of which `invweight0` says that it does not move: the ground and an equality hold
+/// it all the same, hardly otherwise than one whose pivot is a micrometre beside. Under every law.
+#[test]
+fn what_turns_about_its_centre_of_mass_can_be_touched_and_held() {
+    let seesaw = |beside: f64| {
+        let plank = format!("<geom type='box' size='1 .1 .02' pos='{beside} 0 0'/>");
+        let plank = format!("<body pos='0 0 .3'><joint axis='0 1 0'/>{plank}</body>");
+        world(&format!("{PLANE}{plank}{}", free("kid", ".6 0 .5", "size='.1' mass='20'")))
+    };
+    for law in contact::ALL {
+        let [exact, beside] = [0.0, 1e-6].map(|beside| {
+            let mut sim = Sim::law(&seesaw(beside), law.name);
+            sim.run(0.5);
+            sim.state.qpos
+        });
+        assert!(
+            exact[0] > 0.2 && exact.iter().zip(&beside).all(|(a, b)| (a - b).abs() < 1e-2),
+            "{}: {exact:?}",
+            law.name
+        );
+    }
+    let held =
+        "<mujoco><worldbody><body name='a'><joint axis='0 1 0'/><geom type='box' size='.5 .05 .02'/></body></worldbody>
+        <equality><connect body1='a' anchor='.4 0 0'/></equality></mujoco>";
+    let [penalty, mujoco] = ["penalty", "mujoco"].map(|law| {
+        let mut sim = Sim::law(held, law);
+        sim.state.qvel[0] = 1.0;
+        sim.run(0.1);
+        sim.state.qpos[0]
+    });
+    assert!(penalty != 0.0 && (penalty - mujoco).abs() < 1e-9, "{penalty} {mujoco}");
+}
+
 /// What stands on something static rests, wherever in the file that is.
 #[test]
 fn what_is_fixed_may_be_listed_last() {

@@ -374,3 +374,78 @@ fn absurd_numbers_never_panic() {
     }
     assert!(refused > 100, "only {refused} absurd scenes refused");
 }
+
+/// Two geoms, neither along the axes of the whole: MuJoCo's `body_iquat`, of which a sensor of the body's frame shows all.
+#[test]
+fn principal_axes_are_mujocos_in_order_and_direction() {
+    let geoms = r#"<geom type="box" size=".1 .2 .3" euler="10 20 30"/><geom size=".1" pos=".2 .1 -.3"/>"#;
+    let xml = format!("<mujoco><worldbody><body><freejoint/>{geoms}</body></worldbody></mujoco>");
+    let found = penny::math::wxyz(&model("axes", &xml).bodies[1].iquat);
+    let mujoco = [0.90874352914, 0.10441305319, 0.01776025231, 0.40369256372];
+    let sign = found[0].signum();
+    assert!(found.iter().zip(mujoco).all(|(f, m)| (f * sign - m).abs() < 1e-10), "{found:?}");
+    // Of equal moments the axes stay where they are.
+    let geoms = r#"<geom size=".1"/><geom size=".2" euler="10 20 30"/>"#;
+    let xml = format!("<mujoco><worldbody><body><freejoint/>{geoms}</body></worldbody></mujoco>");
+    assert_eq!(penny::math::wxyz(&model("axes", &xml).bodies[1].iquat), [1.0, 0.0, 0.0, 0.0]);
+}
+
+/// A joint's `springdamper` says its own damping; an actuator's comes on top, as MuJoCo's `dof_damping` and
+/// `actuator_damping` do.
+#[test]
+fn an_actuator_damps_a_springdamper_too() {
+    let damping = |joint: &str, actuator: &str| {
+        let xml = format!(
+            r#"<mujoco><worldbody><body><joint name="j" springdamper=".1 1" {joint}/><geom size=".1" pos=".3 0 0"/></body></worldbody>
+            <actuator><motor joint="j" {actuator}/></actuator></mujoco>"#
+        );
+        model("springdamper", &xml).dofs[0].damping
+    };
+    let alone = damping("", "");
+    assert!((alone - 7.87492558).abs() < 1e-8, "{alone}");
+    assert_eq!(damping(r#"damping="1""#, ""), alone);
+    assert!((damping("", r#"damping=".5" gear="2""#) - alone - 2.0).abs() < 1e-12);
+}
+
+/// What MuJoCo 4.0.0 makes of a hinge's actuator (the first three numbers of `gainprm` and `biasprm`) by the defaults of its
+/// class and of the class around.
+#[test]
+fn actuators_have_from_defaults_what_mujoco_gives_them() {
+    let servo = r#"<position kp="5" kv="2" ctrlrange="-1 1"/>"#;
+    let cases = [
+        // A shortcut has its numbers from the same shortcut, and from no other.
+        (servo, "", "position", [5.0, 0.0, 0.0], [0.0, -5.0, -2.0]),
+        (servo, "", "velocity", [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+        (servo, "", "intvelocity", [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]),
+        (servo, r#"<velocity kv="3"/>"#, "position", [5.0, 0.0, 0.0], [0.0, -5.0, -2.0]),
+        (servo, r#"<muscle ctrlrange="-1 1"/>"#, "motor", [1.0, 0.0, 0.0], [0.0; 3]),
+        (r#"<cylinder diameter="2" ctrlrange="-1 1"/>"#, "", r#"cylinder area="3""#, [3.0, 0.0, 0.0], [0.0; 3]),
+        // `general` from every one, and every one from `general` with its kind of gain.
+        (servo, "", "general", [5.0, 0.0, 0.0], [0.0, -5.0, -2.0]),
+        (servo, r#"<general gainprm="7"/>"#, "position", [7.0, 0.0, 0.0], [0.0, -7.0, -2.0]),
+        (r#"<general gainprm="6" ctrlrange="-1 1"/>"#, "", "position", [6.0, 0.0, 0.0], [0.0, -6.0, 0.0]),
+        (servo, r#"<general gaintype="affine"/>"#, "position", [5.0, 0.0, 0.0], [0.0, -5.0, -2.0]),
+        // What the element says itself takes the place of its counterpart.
+        (r#"<position dampratio="1" ctrlrange="-1 1"/>"#, "", r#"position kv="9""#, [1.0, 0.0, 0.0], [0.0, -1.0, -9.0]),
+        (r#"<position inheritrange="1"/>"#, "", r#"position ctrlrange="-1 1""#, [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]),
+    ];
+    for (outer, inner, actuator, gain, bias) in cases {
+        let xml = format!(
+            r#"<mujoco><default>{outer}<default class="c">{inner}</default></default>
+            <worldbody><body><joint name="j" range="-90 90"/><geom size=".1"/></body></worldbody>
+            <actuator><{actuator} class="c" joint="j"/></actuator></mujoco>"#
+        );
+        let model = model("actuator", &xml);
+        let flat = penny::parse("actuator.xml", &xml).unwrap_or_else(|failure| panic!("{failure}"));
+        let flat = penny::compile::canonical(&flat.document, std::path::Path::new("."));
+        for model in [model, self::model("flat", &flat)] {
+            let found = &model.actuators[0];
+            assert_eq!((found.gain, found.bias), (gain, bias), "{xml}\n{flat}");
+            assert_eq!(found.ctrlrange, Some([-1.0, 1.0]), "{xml}\n{flat}");
+        }
+    }
+    // Without numbers a damper does not damp.
+    let damper = r#"<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+        <actuator><damper joint="j" ctrlrange="0 1"/></actuator></mujoco>"#;
+    assert_eq!(model("damper", damper).actuators[0].gain, [0.0; 3]);
+}

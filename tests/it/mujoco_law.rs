@@ -10,6 +10,8 @@ use penny::state::State;
 use penny::{compile, integrate, mjcf};
 use serde::Deserialize;
 
+use crate::sim::Sim;
+
 #[derive(Deserialize)]
 struct Golden {
     scenes: Vec<Case>,
@@ -318,4 +320,26 @@ fn islands_do_not_notice_one_another() {
     let (_, _, both, _) = settle(&scene(pair(0.0) + &pair(4.0)), 300);
     assert_eq!(alone.qpos, both.qpos[..14]);
     assert_ne!(alone.qpos[2], 0.12);
+}
+
+/// The NoSlip solver's steps towards the edge of a tiny cone are tiny: where they end before it, the friction is drawn to it.
+#[test]
+fn friction_without_slip_stays_within_a_tiny_cone() {
+    let xml = r#"<mujoco><option cone="elliptic" noslip_iterations="1"/><default><geom type="box" friction="0"/></default>
+        <worldbody>
+          <body pos="0.148 -0.033 0.224" quat="0.831 0.866 0.451 0.334">
+            <joint axis="0.245 0.010 0.601" type="slide"/><joint type="ball"/>
+            <geom size="0.079 0.071 0.053" pos="-0.018 0.079 -0.047" quat="-0.583 -0.670 -0.981 -0.208"/>
+          </body>
+          <body pos="0.193753 0.128456 0.076952" quat="-0.837265 0.515623 0.00960611 -0.0416039">
+            <geom size="0.0525 0.0776 0.1287" pos="-0.0395 -0.0581 -0.0532" quat="-0.613 -0.660 0.243 0.652"/>
+          </body>
+        </worldbody></mujoco>"#;
+    let mut sim = Sim::law(xml, "mujoco");
+    sim.step();
+    for contact in &sim.data.contacts {
+        let [normal, x, y, ..] = contact.force;
+        assert!(x.hypot(y) <= 1.0001e-5 * normal, "{:?}", contact.force);
+    }
+    assert!(sim.data.contacts.iter().any(|contact| contact.force[0] > 1.0));
 }

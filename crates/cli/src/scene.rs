@@ -96,13 +96,13 @@ pub struct StartArgs {
 #[derive(clap::Args, Clone)]
 pub struct OverrideArgs {
     /// Friction of all contacts instead of the scene's: sliding, torsional and rolling, the last ones may be left out
-    #[arg(long, value_name = "\"…\"", value_parser = coefficients)]
+    #[arg(long, value_name = "\"…\"", value_parser = coefficients, allow_hyphen_values = true)]
     friction: Option<Numbers>,
     /// solref of all contacts: timeconst and dampratio, or -stiffness and -damping
     #[arg(long, value_name = "\"…\"", value_parser = two_numbers, allow_hyphen_values = true)]
     solref: Option<Numbers>,
     /// solimp of all contacts, five numbers or the first of them
-    #[arg(long, value_name = "\"…\"", value_parser = impedance)]
+    #[arg(long, value_name = "\"…\"", value_parser = impedance, allow_hyphen_values = true)]
     solimp: Option<Numbers>,
     /// Gravity, m/s²
     #[arg(long, value_name = "\"x y z\"", value_parser = three_numbers, allow_hyphen_values = true)]

@@ -179,7 +179,8 @@ fn within_cone(a: &Block, b: &[f64; 5], mu: &[f64; 5], normal: f64, n: usize) ->
         }
         lambda += step;
     }
-    if lambda != 0.0 {
+    // Small coefficients make small steps: they may end far outside.
+    if lambda != 0.0 || square(&v, n) > normal * normal {
         let out = (normal * normal / square(&v, n).max(MIN_VAL)).sqrt();
         v.iter_mut().for_each(|v| *v *= out);
     }

@@ -63,7 +63,7 @@ mod steady;
 
 use super::cost::{GROUPS, Kind};
 use super::describe::{self, Creep, Description, Unlike};
-use super::impedance::{Reference, clamp, impedance, least_regularisation, regularisation, share};
+use super::impedance::{Reference, clamp, impedance, least_regularisation, noticeable, regularisation, share};
 use super::island::{Island, Source};
 use super::mujoco::coefficients::inverse_mass;
 use super::newton::{self, Constraint, Stop};
@@ -218,6 +218,13 @@ fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
             Source::Tie(index) => {
                 let row = &task.data.ties[index];
                 tie(task, row, &mut island.constraints[i]);
+                let there = island.inverse_masses(i)[..3].iter().fold(0.0, |m: f64, x| m.max(*x));
+                let c = &mut island.constraints[i];
+                c.inverse[0] = noticeable(c.inverse[0], there);
+                if c.inverse[0] == 0.0 {
+                    // What its force could not move, such as a tendon within one body, has none.
+                    (c.cone.d[0], c.inverse[0]) = (0.0, 1.0);
+                }
                 if row.kind != TieKind::DryFriction {
                     super::mujoco::soften_exactly(task, island, i, row.impedance);
                 }
@@ -233,16 +240,24 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
     let own = &coefficients[contact.mix as usize];
     let inverse =
         if model.opt.flags.diagexact { island.inverse_mass(i, [1.0, 0.0]) } else { inverse_mass(model, contact) };
+    let (mut push, mut spin) = (0.0, 0.0);
+    for side in 0..2 {
+        let lever = contact.pos - data.movers[contact.body[side] as usize].com;
+        let [linear, angular] = model.bodies[model.geoms[contact.geom[side] as usize].body].invweight0;
+        push += linear + angular * lever.norm_squared();
+        spin += angular;
+    }
+    let met = noticeable(inverse, push);
     let c = &mut island.constraints[i];
     let r = contact.dist - own.margin;
     let d = impedance(&own.solimp, r);
     c.force = contact.force;
     c.cone.kind = Kind::Coulomb;
     c.cone.mu[1..].copy_from_slice(&own.friction);
-    let least = least_regularisation(settings.implicit, inverse);
+    let least = least_regularisation(settings.implicit, met);
     c.cone.d[0] = 1.0 / (regularisation(d, inverse) * own.stiffening).max(least);
     c.bias[0] = -own.spring.acceleration(d, r, c.velocity[0]);
-    c.inverse = [inverse, 0.0, 0.0, 0.0];
+    c.inverse = [met, 0.0, 0.0, 0.0];
     if own.onset > -r {
         // A share of the force: of the change that it causes.
         let share = share(-r, own.onset);
@@ -251,13 +266,7 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
     if c.cone.dim == 1 {
         return;
     }
-    for side in 0..2 {
-        let lever = contact.pos - data.movers[contact.body[side] as usize].com;
-        let [linear, angular] = model.bodies[model.geoms[contact.geom[side] as usize].body].invweight0;
-        c.inverse[1] += linear + angular * lever.norm_squared();
-        c.inverse[2] += angular;
-    }
-    c.inverse[3] = c.inverse[2];
+    c.inverse = [met, push, spin, spin];
     friction(settings.timestep, settings.implicit, 1, c);
 }
 
