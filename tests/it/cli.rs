@@ -287,10 +287,8 @@ fn a_run_that_nobody_could_wait_for_is_refused() {
     for option in [["--time", "1e300"], ["--timestep", "1e-300"], ["--steps", "9000000000000000"]] {
         assert_has(&says(&["models/disk.xml", option[0], option[1]], 2), &["steps", "the most is"]);
     }
-    let time = |s: &str, exit: i32| says(&["models/disk.xml", "--time", s], exit);
-    assert_has(&time("1e-9", 2), &["1 ns is too short for a timestep of 1 ms", "--timestep"]);
-    assert_has(&time("0.0054", 0), &["warning: the run ends at 5 ms: 5.4 ms is no whole number of steps of 1 ms"]);
-    assert!(!time("0.006", 0).contains("warning"));
+    let short = says(&["models/disk.xml", "--time", "1e-9"], 2);
+    assert_has(&short, &["1 ns is too short for a timestep of 1 ms", "--timestep"]);
 }
 
 #[test]

@@ -152,6 +152,14 @@ fn every_warning_of_the_reader_is_given_where_it_is_due_only() {
 type OfRuns = (&'static str, &'static [&'static str], &'static str, &'static str, &'static str, &'static str);
 const OF_RUNS: &[OfRuns] = &[
     (
+        "is no whole number of steps",
+        &["run", "--time", "@"],
+        OPEN,
+        "0.005",
+        "0.006",
+        "the run ends at 6 ms: 5 ms is no whole number of steps of 2 ms",
+    ),
+    (
         "the limit will throw it back",
         &["check"],
         HINGE,

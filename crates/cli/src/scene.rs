@@ -350,7 +350,7 @@ impl LengthArgs {
         self.steps.is_some()
     }
 
-    /// Steps of that length; warns where they end at another time than was asked for.
+    /// Steps of that length; warns where they end at another time than was asked for, by a thousandth of it.
     ///
     /// Errors: wrong usage, if there are more than [`MOST_STEPS`], or a time in which there is none.
     pub fn steps(&self, timestep: f64) -> Result<usize, Failure> {
@@ -365,7 +365,7 @@ impl LengthArgs {
             return Err(Failure::Usage(why));
         }
         if steps <= MOST_STEPS as f64 {
-            if self.time.is_some() && (steps - time / timestep).abs() > 1e-6 * steps.max(1.0) {
+            if self.time.is_some() && (steps * timestep - time).abs() > 1e-3 * time {
                 let [end, time] = [steps * timestep, time].map(|t| si(t, "s"));
                 eprintln!("warning: the run ends at {end}: {time} is no whole number of steps of {h}");
             }
