@@ -175,6 +175,26 @@ fn what_turns_about_its_centre_of_mass_can_be_touched_and_held() {
     assert!(penalty != 0.0 && (penalty - mujoco).abs() < 1e-9, "{penalty} {mujoco}");
 }
 
+/// A tendon within one body moves nothing, whatever limits it and rubs in it. Under every law.
+#[test]
+fn a_tendon_that_moves_nothing_has_no_force() {
+    let ball = |tendon: &str| {
+        let inside = "<freejoint/><geom size='.1'/><site name='a'/><site name='b' pos='.1 0 0'/>";
+        format!(
+            "<mujoco><worldbody>{PLANE}<body pos='0 0 .2'>{inside}</body></worldbody><tendon><spatial {tendon}>
+            <site site='a'/><site site='b'/></spatial></tendon></mujoco>"
+        )
+    };
+    for law in contact::ALL {
+        let [free, tied] = ["", "range='0 .05' frictionloss='1'"].map(|tendon| {
+            let mut sim = Sim::law(&ball(tendon), law.name);
+            sim.run(0.5);
+            sim.state.qpos
+        });
+        assert_eq!(free, tied, "{}", law.name);
+    }
+}
+
 /// What stands on something static rests, wherever in the file that is.
 #[test]
 fn what_is_fixed_may_be_listed_last() {
