@@ -195,6 +195,24 @@ fn a_tendon_that_moves_nothing_has_no_force() {
     }
 }
 
+/// `explain` tells why a pair is not among the springs, and `run` what ends the search for forces under its own law.
+#[test]
+fn what_has_no_spring_and_what_did_not_converge_are_told() {
+    let plank = "<body pos='0 0 .3'><joint axis='0 1 0'/><geom name='plank' type='box' size='1 .1 .02'/></body>";
+    has(&said("explain", &world(&format!("{PLANE}{plank}")), &[]), &["No spring is told of ground – plank"]);
+    let tumbling = world(&format!("{PLANE}{}", free("crate", "0 0 .1", "type='box' size='.1 .1 .1'")));
+    let tumbling = tumbling.replace("<worldbody>", "<option iterations='1'/><worldbody>");
+    let kick = ["--time", ".1", "--qvel", "1 0 0 5 3 2"];
+    has(
+        &said("run", &tumbling, &[&kick[..], &["--contact", "mujoco"]].concat()),
+        &["did not converge: the `iterations`"],
+    );
+    has(&said("run", &tumbling, &[&kick[..], &["--rounds", "1"]].concat()), &["did not converge: --rounds"]);
+    // In whichever stage of the step that was: here in the first, and in the last nothing touches.
+    let leaving = ["--rounds", "1", "--steps", "1", "--qvel", "3.1 .49 .41 3.5 -.47 -1", "--integrator", "rk4"];
+    has(&said("run", &tumbling.replace("0 0 .1'", "0 0 .0999'"), &leaving), &["in 1 of 1 steps"]);
+}
+
 /// What stands on something static rests, wherever in the file that is.
 #[test]
 fn what_is_fixed_may_be_listed_last() {

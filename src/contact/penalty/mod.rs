@@ -81,6 +81,7 @@ pub static LAW: Law = Law {
     joints: true,
     start: Start::Forces,
     by_timestep: true,
+    nearer: "--rounds allows more Newton steps",
     lever: Lever::Surface,
     solve,
     pose: Some(pose),
