@@ -348,6 +348,8 @@ pub struct Counts {
     pub solves: usize,
     /// Evaluations of the forces (RK4 has four a step).
     pub forwards: usize,
+    /// Of these, unless they are an implicit integrator's search, with contact forces left with a residual that counts.
+    pub unconverged: usize,
 }
 
 /// Scratch of the integrators.

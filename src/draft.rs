@@ -27,7 +27,8 @@ impl Draft {
             OpenOptions::new().write(true).open(&target)?;
             return Ok(Draft { target, aside: None });
         }
-        if about.is_some() {
+        // One that leads to itself is an error here.
+        if about.is_some() || target.is_symlink() {
             OpenOptions::new().write(true).open(&target)?;
         }
         let aside = beside(&target);
@@ -83,9 +84,18 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
 
 /// The path without links and detours, also of a file that does not exist yet.
 pub fn real(path: &Path) -> PathBuf {
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let in_folder = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
-    path.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| path.to_owned())
+    let mut path = path.to_owned();
+    // As many links as Linux follows.
+    for _ in 0..40 {
+        let Ok(linked) = fs::read_link(&path) else { break };
+        path = folder(&path).join(linked);
+    }
+    let in_folder = || Some(folder(&path).canonicalize().ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(in_folder).unwrap_or(path)
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// What an earlier interruption left is replaced, and never followed if it is a link.

@@ -31,7 +31,7 @@ pub fn step(model: &Model, method: &Method, state: &mut State, data: &mut Data) 
     data.counts = Counts::default();
     let time = state.time;
     (method.integrator.advance)(model, method, state, data);
-    data.unconverged += usize::from(data.solver.residual > CONVERGED);
+    data.unconverged += usize::from(data.counts.unconverged > 0 || data.solver.residual > CONVERGED);
     if data.counts.crowded > 0 {
         return Err(StepError::Crowded { time, most: model.pairs.most_contacts });
     }
@@ -136,4 +136,5 @@ pub fn forward(model: &Model, method: &Method, state: &State, data: &mut Data) {
     collision::detect(model, data);
     dynamics::smooth(model, state, data);
     contact::constrain(model, &method.settings(), state, data);
+    data.counts.unconverged += usize::from(!method.integrator.implicit && data.solver.residual > CONVERGED);
 }

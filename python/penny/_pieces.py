@@ -51,7 +51,7 @@ def run(
                 table = outcome()
             except Exception as why:
                 tries[i] = tries.get(i, 0) + 1
-                if tries[i] > retries or isinstance(why, concurrent.futures.process.BrokenProcessPool):
+                if tries[i] > retries or isinstance(why, concurrent.futures.BrokenExecutor):
                     shown.close()
                     raise
                 failed.append(i)

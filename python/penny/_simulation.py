@@ -7,7 +7,16 @@ import os
 
 import numpy as np
 
-from ._penny import MjData, MjModel, mj_contactForce, mj_forward, mj_resetData, mj_resetDataKeyframe, mj_step
+from ._penny import (
+    MjData,
+    MjModel,
+    mj_contactForce,
+    mj_forward,
+    mj_resetData,
+    mj_resetDataKeyframe,
+    mj_setConst,
+    mj_step,
+)
 from ._render import png, snapshot
 
 
@@ -111,9 +120,15 @@ class Simulation:
         ValueError: no joint moves the body, or nothing could move with this mass.
         """
         thing = self.model.body(self._moving(body, "a mass"))
+        before = thing.mass[0], thing.inertia.copy()
         if thing.mass[0] > 0:
             thing.inertia *= mass / thing.mass[0]
         thing.mass = mass
+        try:
+            mj_setConst(self.model, self.data)
+        except ValueError:
+            thing.mass, thing.inertia = before
+            raise
         return self
 
     def _moving(self, body: str | int, what: str) -> int:
@@ -171,6 +186,8 @@ class Trajectory:
     SHOTS = 5
 
     def __init__(self, sim: Simulation, seconds: float, every: int = 1):
+        if seconds < 0 or every < 1:
+            raise ValueError("a trajectory has no negative time, and a state every step or more")
         steps = round(seconds / sim.model.opt.timestep) // every
         rows: list[tuple] = []
         self.pictures: list[np.ndarray] = []

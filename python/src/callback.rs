@@ -37,7 +37,7 @@ pub fn control(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<bo
         return Ok(false);
     }
     let Some(callback) = get_mjcb_control(py) else { return Ok(false) };
-    let mut data = d.borrow_mut();
+    let mut data = d.try_borrow_mut()?;
     data.pull(py, &mut m.borrow_mut())?;
     if data.core.method.integrator.name == integrate::rk4::METHOD.name {
         return Err(PyNotImplementedError::new_err("mjcb_control: Penny asks it once a step, which is not RK4's way"));

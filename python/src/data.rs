@@ -360,7 +360,7 @@ impl MjData {
     /// The model at rest in `qpos0`, everything that follows from it computed.
     #[new]
     fn new(py: Python, model: &Bound<MjModel>) -> PyResult<MjData> {
-        let mut m = model.borrow_mut();
+        let mut m = model.try_borrow_mut()?;
         m.sync(py)?;
         let mut core = Core::new(m.model.clone(), m.method);
         core.forward();
@@ -439,7 +439,7 @@ impl MjData {
     fn __getattr__<'py>(slf: &Bound<'py, MjData>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
         if let Some(i) = LISTS.iter().position(|list| *list == name) {
-            let array = slf.borrow().lists.object(py, i);
+            let array = slf.try_borrow()?.lists.object(py, i);
             slf.getattr("__dict__")?.cast_into::<PyDict>()?.set_item(name, &array)?;
             return Ok(array);
         }
@@ -448,7 +448,7 @@ impl MjData {
 
     fn __setattr__(slf: &Bound<MjData>, name: &str, value: &Bound<PyAny>) -> PyResult<()> {
         if name == "time" {
-            slf.borrow_mut().core.state.time = value.extract()?;
+            slf.try_borrow_mut()?.core.state.time = value.extract()?;
             return Ok(());
         }
         if LISTS.contains(&name) || index_of(name).is_some() {
@@ -467,12 +467,12 @@ impl MjData {
     }
 
     fn __copy__(slf: &Bound<MjData>) -> PyResult<Py<MjData>> {
-        let (py, model) = (slf.py(), slf.borrow().model.clone_ref(slf.py()));
+        let (py, model) = (slf.py(), slf.try_borrow()?.model.clone_ref(slf.py()));
         MjData::duplicate(slf, model.bind(py))
     }
 
     fn __deepcopy__<'py>(slf: &Bound<'py, MjData>, memo: &Bound<'py, PyAny>) -> PyResult<Py<MjData>> {
-        let (py, model) = (slf.py(), slf.borrow().model.clone_ref(slf.py()));
+        let (py, model) = (slf.py(), slf.try_borrow()?.model.clone_ref(slf.py()));
         let copied = py.import("copy")?.getattr("deepcopy")?.call1((model, memo))?;
         MjData::duplicate(slf, copied.cast::<MjModel>()?)
     }
@@ -489,8 +489,8 @@ impl MjData {
     /// The state as bytes, for `pickle`: everything that the next step begins with.
     fn _state(slf: &Bound<MjData>) -> PyResult<Vec<u8>> {
         let py = slf.py();
-        let model = slf.borrow().model.clone_ref(py);
-        let mut data = slf.borrow_mut();
+        let model = slf.try_borrow()?.model.clone_ref(py);
+        let mut data = slf.try_borrow_mut()?;
         data.pull(py, &mut model.bind(py).borrow_mut())?;
         Ok(data.core.state.to_bytes())
     }
@@ -535,8 +535,8 @@ impl MjData {
 
     fn duplicate(slf: &Bound<MjData>, model: &Bound<MjModel>) -> PyResult<Py<MjData>> {
         let py = slf.py();
-        let own = slf.borrow().model.clone_ref(py);
-        let mut this = slf.borrow_mut();
+        let own = slf.try_borrow()?.model.clone_ref(py);
+        let mut this = slf.try_borrow_mut()?;
         this.pull(py, &mut own.bind(py).borrow_mut())?;
         let mut copy = MjData::new(py, model)?;
         copy.core.state.copy_from(&this.core.state);
@@ -552,8 +552,8 @@ impl MjData {
     }
 
     /// The model of the data.
-    pub fn model_of(slf: &Bound<MjData>) -> Py<MjModel> {
-        slf.borrow().model.clone_ref(slf.py())
+    pub fn model_of(slf: &Bound<MjData>) -> PyResult<Py<MjModel>> {
+        Ok(slf.try_borrow()?.model.clone_ref(slf.py()))
     }
 
     pub fn contact_at(&self, id: isize) -> PyResult<&penny::data::Contact> {

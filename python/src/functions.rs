@@ -59,7 +59,7 @@ pub fn mj_step(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>, nstep: usize) 
 
 #[inline]
 fn steps(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>, nstep: usize) -> PyResult<()> {
-    let mut data = d.borrow_mut();
+    let mut data = d.try_borrow_mut()?;
     data.pull(py, &mut m.borrow_mut())?;
     let result = advance(py, &mut data.core, nstep);
     data.push(py);
@@ -90,7 +90,7 @@ fn advance(py: Python, core: &mut Core, nstep: usize) -> PyResult<()> {
 #[pyfunction]
 pub fn mj_forward(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<()> {
     control(py, m, d)?;
-    let mut data = d.borrow_mut();
+    let mut data = d.try_borrow_mut()?;
     data.pull(py, &mut m.borrow_mut())?;
     data.core.forward();
     data.fresh(py);
@@ -105,7 +105,7 @@ pub fn mj_forward(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult
 /// Forces of contacts, `qfrc_constraint` and sensors are those at `qacc`, too.
 #[pyfunction]
 pub fn mj_inverse(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<()> {
-    let mut data = d.borrow_mut();
+    let mut data = d.try_borrow_mut()?;
     data.pull(py, &mut m.borrow_mut())?;
     let acceleration = data.qacc_written(py);
     data.core.inverse(&acceleration);
@@ -122,7 +122,7 @@ pub fn mj_step1(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<(
 /// The second half of a step, with the controls and forces that are set now. As in MuJoCo RK4 becomes Euler here.
 #[pyfunction]
 pub fn mj_step2(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<()> {
-    let mut data = d.borrow_mut();
+    let mut data = d.try_borrow_mut()?;
     data.pull(py, &mut m.borrow_mut())?;
     if data.core.method.integrator.name == integrate::rk4::METHOD.name {
         data.core.method.integrator = &integrate::semi_implicit_euler::METHOD;
@@ -138,7 +138,7 @@ pub fn mj_step2(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<(
 /// Poses of everything at qpos and mocap poses, and nothing else.
 #[pyfunction]
 pub fn mj_kinematics(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<()> {
-    let mut data = d.borrow_mut();
+    let mut data = d.try_borrow_mut()?;
     data.pull(py, &mut m.borrow_mut())?;
     let Core { model, state, at, data: engine, .. } = &mut data.core;
     at.qpos.copy_from_slice(&state.qpos);
@@ -197,7 +197,7 @@ fn reset(
     d: &Bound<MjData>,
     state: impl FnOnce(&Model) -> PyResult<State>,
 ) -> PyResult<()> {
-    let mut data = d.borrow_mut();
+    let mut data = d.try_borrow_mut()?;
     data.pull(py, &mut m.borrow_mut())?;
     data.core.state = state(&data.core.model)?;
     data.core.forward();
@@ -225,7 +225,7 @@ fn kind_of(objtype: i64) -> PyResult<&'static str> {
 /// The id of a name; −1 if there is none.
 #[pyfunction]
 pub fn mj_name2id(m: &Bound<MjModel>, r#type: i64, name: &str) -> PyResult<i64> {
-    let (m, kind) = (m.borrow(), kind_of(r#type)?);
+    let (m, kind) = (m.try_borrow()?, kind_of(r#type)?);
     let names = m.names(kind).unwrap_or_default();
     Ok(names.iter().position(|n| *n == name && !name.is_empty()).map_or(-1, |i| i as i64))
 }
@@ -233,7 +233,7 @@ pub fn mj_name2id(m: &Bound<MjModel>, r#type: i64, name: &str) -> PyResult<i64> 
 /// The name of an id; `None` if it has none, or there is no such thing.
 #[pyfunction]
 pub fn mj_id2name(m: &Bound<MjModel>, r#type: i64, id: i64) -> PyResult<Option<String>> {
-    let (m, kind) = (m.borrow(), kind_of(r#type)?);
+    let (m, kind) = (m.try_borrow()?, kind_of(r#type)?);
     let names = m.names(kind).unwrap_or_default();
     let name = usize::try_from(id).ok().and_then(|i| names.get(i).copied());
     Ok(name.filter(|n| !n.is_empty()).map(str::to_owned))
@@ -242,7 +242,7 @@ pub fn mj_id2name(m: &Bound<MjModel>, r#type: i64, id: i64) -> PyResult<Option<S
 /// The inertia matrix, (nv, nv), into `dst`.
 #[pyfunction]
 pub fn mj_fullM(m: &Bound<MjModel>, d: &Bound<MjData>, dst: &Real) -> PyResult<()> {
-    let (data, nv) = (d.borrow(), m.borrow().model.nv);
+    let (data, nv) = (d.try_borrow()?, m.try_borrow()?.model.nv);
     if dst.shape() != [nv, nv] {
         return Err(PyTypeError::new_err(format!("dst should be of shape ({nv}, {nv}), not {:?}", dst.shape())));
     }
@@ -252,7 +252,7 @@ pub fn mj_fullM(m: &Bound<MjModel>, d: &Bound<MjData>, dst: &Real) -> PyResult<(
 /// res = M vec
 #[pyfunction]
 pub fn mj_mulM(m: &Bound<MjModel>, d: &Bound<MjData>, res: &Real, vec: Given) -> PyResult<()> {
-    let (data, nv) = (d.borrow(), m.borrow().model.nv);
+    let (data, nv) = (d.try_borrow()?, m.try_borrow()?.model.nv);
     let v = numbers("vec", &vec, nv)?;
     let matrix = quantities::inertia_matrix(&data.core.model, &data.core.data);
     let product: Vec<f64> = matrix.chunks(nv.max(1)).map(|row| row.iter().zip(&v).map(|(a, b)| a * b).sum()).collect();
@@ -295,8 +295,8 @@ pub fn mj_jac(
     point: Given,
     body: isize,
 ) -> PyResult<()> {
-    let data = d.borrow();
-    let body = index("body", body, m.borrow().model.bodies.len())?;
+    let data = d.try_borrow()?;
+    let body = index("body", body, m.try_borrow()?.model.bodies.len())?;
     let point = vec3(&numbers("point", &point, 3)?);
     give_jacobian(&data.core, [("jacp", jacp), ("jacr", jacr)], body, &point)
 }
@@ -310,8 +310,8 @@ pub fn mj_jacBody(
     jacr: Option<&Real>,
     body: isize,
 ) -> PyResult<()> {
-    let data = d.borrow();
-    let body = index("body", body, m.borrow().model.bodies.len())?;
+    let data = d.try_borrow()?;
+    let body = index("body", body, m.try_borrow()?.model.bodies.len())?;
     give_jacobian(&data.core, [("jacp", jacp), ("jacr", jacr)], body, &data.core.data.xpos[body])
 }
 
@@ -324,8 +324,8 @@ pub fn mj_jacBodyCom(
     jacr: Option<&Real>,
     body: isize,
 ) -> PyResult<()> {
-    let data = d.borrow();
-    let body = index("body", body, m.borrow().model.bodies.len())?;
+    let data = d.try_borrow()?;
+    let body = index("body", body, m.try_borrow()?.model.bodies.len())?;
     let point = dynamics::xipos(&data.core.model, &data.core.data, body);
     give_jacobian(&data.core, [("jacp", jacp), ("jacr", jacr)], body, &point)
 }
@@ -339,8 +339,8 @@ pub fn mj_jacGeom(
     jacr: Option<&Real>,
     geom: isize,
 ) -> PyResult<()> {
-    let data = d.borrow();
-    let geom = &data.core.model.geoms[index("geom", geom, m.borrow().model.geoms.len())?];
+    let data = d.try_borrow()?;
+    let geom = &data.core.model.geoms[index("geom", geom, m.try_borrow()?.model.geoms.len())?];
     let point = data.core.data.xpos[geom.body] + data.core.data.xmat[geom.body] * geom.pos;
     give_jacobian(&data.core, [("jacp", jacp), ("jacr", jacr)], geom.body, &point)
 }
@@ -354,8 +354,8 @@ pub fn mj_jacSite(
     jacr: Option<&Real>,
     site: isize,
 ) -> PyResult<()> {
-    let data = d.borrow();
-    let site = &data.core.model.sites[index("site", site, m.borrow().model.sites.len())?];
+    let data = d.try_borrow()?;
+    let site = &data.core.model.sites[index("site", site, m.try_borrow()?.model.sites.len())?];
     let point = data.core.data.xpos[site.body] + data.core.data.xmat[site.body] * site.pos;
     give_jacobian(&data.core, [("jacp", jacp), ("jacr", jacr)], site.body, &point)
 }
@@ -363,7 +363,7 @@ pub fn mj_jacSite(
 /// Jacobian of the centre of mass of a body and all that hangs on it: `jacp` (3, nv).
 #[pyfunction]
 pub fn mj_jacSubtreeCom(m: &Bound<MjModel>, d: &Bound<MjData>, jacp: &Real, body: isize) -> PyResult<()> {
-    let (data, nv) = (d.borrow(), m.borrow().model.nv);
+    let (data, nv) = (d.try_borrow()?, m.try_borrow()?.model.nv);
     let Core { model, data: engine, .. } = &data.core;
     let top = index("body", body, model.bodies.len())?;
     let mass = quantities::subtree_mass(model)[top];
@@ -387,7 +387,7 @@ pub fn mj_jacSubtreeCom(m: &Bound<MjModel>, d: &Bound<MjData>, jacp: &Real, body
 /// Force and torque of a contact in its frame: normal, two tangential (N), torsional, two rolling (N m).
 #[pyfunction]
 pub fn mj_contactForce(m: &Bound<MjModel>, d: &Bound<MjData>, id: isize, result: &Real) -> PyResult<()> {
-    let (data, _) = (d.borrow(), m.try_borrow()?);
+    let (data, _) = (d.try_borrow()?, m.try_borrow()?);
     let contact = data.contact_at(id)?;
     fill("result", result, &crate::contact::force(&data.core, contact))
 }
@@ -403,7 +403,7 @@ pub fn mj_applyFT(
     body: isize,
     qfrc_target: &Real,
 ) -> PyResult<()> {
-    let (data, m) = (d.borrow(), m.borrow());
+    let (data, m) = (d.try_borrow()?, m.try_borrow()?);
     let body = index("body", body, m.model.bodies.len())?;
     let [force, torque, point] = [("force", &force), ("torque", &torque), ("point", &point)]
         .map(|(name, given)| numbers(name, given, 3).map(|v| vec3(&v)));
@@ -449,7 +449,7 @@ pub fn mj_objectVelocity(
     res: &Real,
     flg_local: i64,
 ) -> PyResult<()> {
-    let (data, _) = (d.borrow(), m.try_borrow()?);
+    let (data, _) = (d.try_borrow()?, m.try_borrow()?);
     let Core { model, data: engine, .. } = &data.core;
     let (body, point, axes) = frame(&data.core, objtype, objid)?;
     let twist: Vec6 = dynamics::twist(model, engine, body);
@@ -464,7 +464,7 @@ pub fn mj_objectVelocity(
 /// Moves `qpos` (nq) along the velocity `qvel` (nv) for a time `dt`, s.
 #[pyfunction]
 pub fn mj_integratePos(m: &Bound<MjModel>, qpos: &Real, qvel: Given, dt: f64) -> PyResult<()> {
-    let m = m.borrow();
+    let m = m.try_borrow()?;
     let (mut q, v) = (qpos.to_vec()?, numbers("qvel", &qvel, m.model.nv)?);
     if q.len() != m.model.nq {
         return Err(PyTypeError::new_err(format!("qpos should have nq = {} numbers, not {}", m.model.nq, q.len())));
@@ -476,7 +476,7 @@ pub fn mj_integratePos(m: &Bound<MjModel>, qpos: &Real, qvel: Given, dt: f64) ->
 /// The velocity (nv) that leads from `qpos1` to `qpos2` (nq) in a time `dt`, s, into `qvel`.
 #[pyfunction]
 pub fn mj_differentiatePos(m: &Bound<MjModel>, qvel: &Real, dt: f64, qpos1: Given, qpos2: Given) -> PyResult<()> {
-    let m = m.borrow();
+    let m = m.try_borrow()?;
     let (a, b) = (numbers("qpos1", &qpos1, m.model.nq)?, numbers("qpos2", &qpos2, m.model.nq)?);
     let mut v = vec![0.0; m.model.nv];
     for joint in &m.model.joints {
@@ -499,7 +499,7 @@ pub fn mj_differentiatePos(m: &Bound<MjModel>, qvel: &Real, dt: f64, qpos1: Give
 /// Makes all quaternions of `qpos` (nq) unit quaternions.
 #[pyfunction]
 pub fn mj_normalizeQuat(m: &Bound<MjModel>, qpos: &Real) -> PyResult<()> {
-    let m = m.borrow();
+    let m = m.try_borrow()?;
     let mut q = qpos.to_vec()?;
     if q.len() != m.model.nq {
         return Err(PyTypeError::new_err(format!("qpos should have nq = {} numbers, not {}", m.model.nq, q.len())));
@@ -515,7 +515,7 @@ pub fn mj_normalizeQuat(m: &Bound<MjModel>, qpos: &Real) -> PyResult<()> {
 /// Mass of all bodies, kg.
 #[pyfunction]
 pub fn mj_getTotalmass(py: Python, m: &Bound<MjModel>) -> PyResult<f64> {
-    let mut m = m.borrow_mut();
+    let mut m = m.try_borrow_mut()?;
     m.sync(py)?;
     Ok(m.model.bodies.iter().map(|b| b.mass).sum())
 }
@@ -524,7 +524,7 @@ pub fn mj_getTotalmass(py: Python, m: &Bound<MjModel>) -> PyResult<f64> {
 #[pyfunction]
 pub fn mj_setConst(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<()> {
     let _ = d.try_borrow()?;
-    m.borrow_mut().sync(py)
+    m.try_borrow_mut()?.sync(py)
 }
 
 /// `dest` becomes a copy of `src`: the state, and what belongs to it.
@@ -533,7 +533,7 @@ pub fn mj_copyData(py: Python, dest: &Bound<MjData>, m: &Bound<MjModel>, src: &B
     if dest.is(src) {
         return Ok(());
     }
-    let (mut other, mut to) = (src.borrow_mut(), dest.borrow_mut());
+    let (mut other, mut to) = (src.try_borrow_mut()?, dest.try_borrow_mut()?);
     other.pull(py, &mut m.borrow_mut())?;
     to.pull(py, &mut m.borrow_mut())?;
     let (from, into) = (&other.core, &mut to.core);
@@ -559,7 +559,7 @@ pub fn mj_ray(
     pnt: Given,
     vec: Given,
     geomgroup: Option<Given>,
-    flg_static: bool,
+    flg_static: &Bound<PyAny>,
     bodyexclude: i64,
     geomid: Option<&Bound<PyArrayDyn<i32>>>,
     normal: Option<&Bound<PyAny>>,
@@ -567,10 +567,12 @@ pub fn mj_ray(
     if normal.is_some() {
         return Err(PyNotImplementedError::new_err("mj_ray: Penny finds no normal where a ray meets a geom"));
     }
-    let (data, _) = (d.borrow(), m.try_borrow()?);
+    let (data, _) = (d.try_borrow()?, m.try_borrow()?);
     let Core { model, data: engine, .. } = &data.core;
     let (origin, direction) = (vec3(&numbers("pnt", &pnt, 3)?), vec3(&numbers("vec", &vec, 3)?));
     let groups = geomgroup.map(|g| numbers("geomgroup", &g, 6)).transpose()?;
+    // MuJoCo's own examples write 1.
+    let flg_static = flg_static.is_truthy()?;
     let seen = |g: &penny::model::Geom| {
         let group = g.group.clamp(0, 5) as usize;
         groups.as_ref().is_none_or(|groups| groups[group] != 0.0)

@@ -206,8 +206,8 @@ impl MjModel {
     }
 
     /// The model itself.
-    pub fn model_of(slf: &Bound<MjModel>) -> Py<MjModel> {
-        slf.clone().unbind()
+    pub fn model_of(slf: &Bound<MjModel>) -> PyResult<Py<MjModel>> {
+        Ok(slf.clone().unbind())
     }
 
     /// How many things of a kind there are.

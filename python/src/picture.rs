@@ -85,7 +85,7 @@ pub fn _paint<'py>(
     added: Vec<Added>,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
     check_size(width, height)?;
-    let data = d.borrow();
+    let data = d.try_borrow()?;
     let core = &data.core;
     let camera = eye(core, &camera)?;
     let rgb = py.detach(|| {
@@ -129,7 +129,7 @@ pub fn _depth<'py>(
     if !(near > 0.0 && far > near) {
         return Err(PyValueError::new_err(format!("depths from {near} m to {far} m")));
     }
-    let data = d.borrow();
+    let data = d.try_borrow()?;
     let core = &data.core;
     if core.model.tendons.iter().any(|t| matches!(t.path, Path::Spatial(_))) {
         return Err(PyNotImplementedError::new_err("Penny's pictures of depth and segments have no spatial tendons"));
@@ -163,12 +163,12 @@ fn shown(groups: &[bool], group: i32) -> bool {
 
 /// A camera that shows all that moves: lookat (m), distance (m), azimuth, elevation, vertical field of view (degrees).
 #[pyfunction]
-pub fn _framing(d: &Bound<MjData>) -> [f64; 7] {
-    let data = d.borrow();
+pub fn _framing(d: &Bound<MjData>) -> PyResult<[f64; 7]> {
+    let data = d.try_borrow()?;
     let Camera { target, distance, azimuth, elevation, fovy, .. } =
         scene::framing(&data.core.model, &poses(&data.core));
     let [azimuth, elevation, fovy] = [azimuth, elevation, fovy].map(f64::to_degrees);
-    [target.x, target.y, target.z, distance, azimuth, elevation, fovy]
+    Ok([target.x, target.y, target.z, distance, azimuth, elevation, fovy])
 }
 
 /// Writes pictures, each (height, width, 3) and uint8, as a video: .gif, .apng, .png (the last one), and with ffmpeg .mp4

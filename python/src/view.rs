@@ -68,7 +68,7 @@ impl View {
 
     /// ∂length/∂q of an actuator (nv), a copy: by name it is not sparse.
     fn moment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let mut data = self.of.bind(py).cast::<MjData>()?.borrow_mut();
+        let mut data = self.of.bind(py).cast::<MjData>()?.try_borrow_mut()?;
         let Core { model, at, data: engine, .. } = &mut data.core;
         let row = quantities::actuator_moment(model, at, engine, self.index);
         let values = Values::new(py, Type::Real, &row, &[row.len()])?;
@@ -156,7 +156,7 @@ macro_rules! views {
             #[pyo3(signature = (name_or_id=None))]
             fn $name<'py>(slf: &Bound<'py, $class>, name_or_id: Option<&Bound<'py, PyAny>>) -> PyResult<View> {
                 let py = slf.py();
-                let model = $class::model_of(slf);
+                let model = $class::model_of(slf)?;
                 let none = "".into_pyobject(py)?.into_any();
                 let index = model.bind(py).borrow().find($kind, name_or_id.unwrap_or(&none))?;
                 Ok(View { of: slf.clone().into_any().unbind(), model, in_model: $in_model, kind: $kind, index })

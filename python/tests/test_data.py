@@ -229,7 +229,7 @@ def test_rays(random_state):
         point = np.array([0, 0, 1.5]) + random.normal(size=3)
         # Towards something, and past it.
         way = md.geom_xpos[random.integers(mm.ngeom)] - point + 0.1 * random.normal(size=3)
-        group, static = random.integers(0, 2, 6).astype(np.uint8), bool(random.integers(2))
+        group, static = random.integers(0, 2, 6).astype(np.uint8), int(random.integers(2))
         for args in ((None, True, -1), (group, static, int(random.integers(mm.nbody)))):
             a, b = np.zeros(1, np.int32), np.zeros(1, np.int32)
             theirs = mujoco.mj_ray(mm, md, point, way, *args, a)

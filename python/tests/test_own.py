@@ -1,7 +1,10 @@
 """Penny's own: simulations, tables, sweeps in pieces, what a scene means."""
 
+import copy
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -45,6 +48,52 @@ def test_pushes_add_up_and_go():
     for no_effect in (lambda: sim.push("world", [1, 0, 0]), lambda: sim.set_mass(0, 5)):
         with pytest.raises(ValueError, match="no joint moves it"):
             no_effect()
+    for mass in (-1, 0, np.nan):
+        with pytest.raises(ValueError, match="mass"):
+            sim.set_mass("b", mass)
+        assert sim.step().model.body_mass[1] == 4
+
+
+def test_a_trajectory_goes_forwards():
+    sim = penny.Simulation.from_path(CIRCLE)
+    for seconds, every in ((-1, 1), (1, 0)):
+        with pytest.raises(ValueError, match="a trajectory has"):
+            sim.trajectory(seconds, every)
+
+
+def test_data_that_another_thread_steps_are_its_own():
+    sim = penny.Simulation.from_path(MODELS / "stack.xml")
+    m, d = sim.model, sim.data
+    asked = {
+        "step": lambda: penny.mj_step(m, d),
+        "reset": lambda: penny.mj_resetData(m, d),
+        "array": lambda: d.qpos,
+        "view": lambda: d.body("high").xpos,
+        "write": lambda: setattr(d, "time", 0.0),
+        "copy": lambda: copy.copy(d),
+        "jacobian": lambda: penny.mj_jacBody(m, d, np.zeros((3, m.nv)), None, 1),
+        "picture": lambda: sim.picture(8, 8),
+    }
+    refused = set()
+    for _ in range(20):
+        stepping = threading.Thread(target=penny.mj_step, args=(m, d, 20_000))
+        stepping.start()
+        while stepping.is_alive():
+            for name, ask in asked.items():
+                try:
+                    ask()
+                except RuntimeError as why:
+                    assert "lready" in str(why), why
+                    refused.add(name)
+        stepping.join()
+    assert refused == set(asked)
+
+
+def test_a_sweep_says_what_is_wrong_with_it():
+    # In a process that has not loaded those of executors.
+    wrong = f"import penny; penny.sweep({str(CIRCLE)!r}, {{'law': ['penaltie']}})"
+    said = subprocess.run([sys.executable, "-c", wrong], capture_output=True, text=True).stderr
+    assert "ValueError: no contact law 'penaltie'" in said, said
 
 
 def test_what_contacts_mean():

@@ -49,7 +49,8 @@ pub fn actuators(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) 
             spec::Transmission::None => None,
         };
         let Some(transmission) = transmission else { continue };
-        if a.inheritrange > 0.0 {
+        // A `general` may have it from the class of a servo without being one.
+        if a.inheritrange > 0.0 && a.gain == [-a.bias[1], 0.0, 0.0] {
             let inherited = inherited(world, tendons, a, transmission, log);
             *(if a.activation == Activation::Integrator { &mut actrange } else { &mut ctrlrange }) = inherited;
         }
@@ -116,8 +117,6 @@ fn inherited(
         Transmission::Tendon(t) => tendons[t].range,
         Transmission::Site { .. } | Transmission::SliderCrank { .. } => None,
     };
-    let servo = a.gain == [-a.bias[1], 0.0, 0.0] && a.gain[0] != 0.0;
-    let range = range.filter(|_| servo);
     let Some([low, high]) = range else {
         let what = "`inheritrange` needs a position servo on a joint or tendon with a `range`".to_string();
         log.value_error(a.node, "inheritrange", ProblemKind::Meaningless { what }, "give the range itself");

@@ -83,6 +83,8 @@ pub struct Law {
     pub start: Start,
     /// Whether its forces depend on the timestep: then an error estimate from one step does not see all.
     pub by_timestep: bool,
+    /// What lets its search for forces come nearer where that did not converge; empty if it does not search.
+    pub nearer: &'static str,
     /// Where its forces act.
     pub lever: Lever,
     /// Finds the forces of an island's constraints and the accelerations that they cause.

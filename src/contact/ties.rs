@@ -28,7 +28,8 @@ use crate::state::State;
 
 type Quaternion = nalgebra::Quaternion<f64>;
 
-/// Finds equalities that hold, then dry friction, then limits of tendons, in MuJoCo's order.
+/// Finds equalities that hold, then dry friction, then limits of tendons, in MuJoCo's order; as there none whose rows are zero,
+/// such as a limit of a tendon within one body: no force of it would move anything.
 ///
 /// Reads: poses, cdof, tendons. Writes: ties (all but the forces), eq_j.
 pub fn find(model: &Model, settings: &Settings, state: &State, data: &mut Data) {
@@ -53,6 +54,12 @@ pub fn find(model: &Model, settings: &Settings, state: &State, data: &mut Data) 
             ties.push(along(model, settings, i, kind, dist - tendon.margin));
         }
     }
+    let mut found = std::mem::take(&mut data.ties);
+    found.retain(|tie| {
+        let (blocks, numbers) = rows(data, tie);
+        blocks.iter().any(|b| numbers[b.at..][..tie.dim * b.dofs.len()].iter().any(|x| *x != 0.0))
+    });
+    data.ties = found;
 }
 
 /// The rows of J of a tie: its blocks, and the numbers that these point into. Each block holds one row after the other.

@@ -45,6 +45,7 @@ pub static LAW: Law = Law {
     joints: false,
     start: Start::Nothing,
     by_timestep: false,
+    nearer: "",
     lever: Lever::Surface,
     solve,
     pose: None,

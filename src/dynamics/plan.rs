@@ -115,8 +115,10 @@ impl Plan {
         let moments = model.actuators.iter().map(moment).collect();
         // As in MuJoCo no passive force is left without springs and dampers.
         let weightless = flags.gravity && model.opt.gravity != Vec3::zeros() && (flags.spring || flags.damper);
+        // MuJoCo counts the bodies whose `gravcomp` is above 0, and without one compensates none.
+        let compensates = weightless && model.bodies.iter().any(|body| body.gravcomp > 0.0);
         let gravcomp: Vec<usize> =
-            (1..model.bodies.len()).filter(|&b| weightless && model.bodies[b].gravcomp != 0.0).collect();
+            (1..model.bodies.len()).filter(|&b| compensates && model.bodies[b].gravcomp != 0.0).collect();
         let dragged = |b: &usize| model.bodies[*b].tree.is_some() && model.bodies[*b].mass >= MIN_VAL;
         let in_medium = model.opt.medium() && (flags.spring || flags.damper);
         let fluid: Vec<usize> = (1..model.bodies.len()).filter(|b| in_medium && dragged(b)).collect();

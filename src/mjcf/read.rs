@@ -443,6 +443,10 @@ impl<'a> Reader<'a> {
             let what = "a damper takes no negative control".to_string();
             self.meaningless(node, "ctrlrange", what, "give a range from zero upwards");
         }
+        if element == "damper" && kv < 0.0 && self.document.attribute(node, "kv").is_none() {
+            let what = "a damper has no negative damping, which its class gives".to_string();
+            self.meaningless(node, "kv", what, "give it a `kv`");
+        }
         if dampratio > 0.0 && kv > 0.0 {
             self.conflict(node, "dampratio", "kv", "either says how the actuator is damped");
         }

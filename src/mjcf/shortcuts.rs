@@ -144,7 +144,7 @@ fn as_general<'a>(shortcut: &str, values: &Values<'a>) -> Values<'a> {
     general.put("gainprm", Value::Numbers(gainprm.to_vec()));
     general.put("biastype", Value::Text(if matches!(shortcut, "motor" | "damper") { "none" } else { "affine" }));
     general.put("biasprm", Value::Numbers(biasprm.to_vec()));
-    if shortcut == "damper" {
+    if matches!(shortcut, "damper" | "adhesion") {
         general.put("ctrllimited", Value::Text("true"));
     }
     general

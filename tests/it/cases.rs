@@ -175,6 +175,44 @@ fn what_turns_about_its_centre_of_mass_can_be_touched_and_held() {
     assert!(penalty != 0.0 && (penalty - mujoco).abs() < 1e-9, "{penalty} {mujoco}");
 }
 
+/// A tendon within one body moves nothing, whatever limits it and rubs in it. Under every law.
+#[test]
+fn a_tendon_that_moves_nothing_has_no_force() {
+    let ball = |tendon: &str| {
+        let inside = "<freejoint/><geom size='.1'/><site name='a'/><site name='b' pos='.1 0 0'/>";
+        format!(
+            "<mujoco><worldbody>{PLANE}<body pos='0 0 .2'>{inside}</body></worldbody><tendon><spatial {tendon}>
+            <site site='a'/><site site='b'/></spatial></tendon></mujoco>"
+        )
+    };
+    for law in contact::ALL {
+        let [free, tied] = ["", "range='0 .05' frictionloss='1'"].map(|tendon| {
+            let mut sim = Sim::law(&ball(tendon), law.name);
+            sim.run(0.5);
+            sim.state.qpos
+        });
+        assert_eq!(free, tied, "{}", law.name);
+    }
+}
+
+/// `explain` tells why a pair is not among the springs, and `run` what ends the search for forces under its own law.
+#[test]
+fn what_has_no_spring_and_what_did_not_converge_are_told() {
+    let plank = "<body pos='0 0 .3'><joint axis='0 1 0'/><geom name='plank' type='box' size='1 .1 .02'/></body>";
+    has(&said("explain", &world(&format!("{PLANE}{plank}")), &[]), &["No spring is told of ground – plank"]);
+    let tumbling = world(&format!("{PLANE}{}", free("crate", "0 0 .1", "type='box' size='.1 .1 .1'")));
+    let tumbling = tumbling.replace("<worldbody>", "<option iterations='1'/><worldbody>");
+    let kick = ["--time", ".1", "--qvel", "1 0 0 5 3 2"];
+    has(
+        &said("run", &tumbling, &[&kick[..], &["--contact", "mujoco"]].concat()),
+        &["did not converge: the `iterations`"],
+    );
+    has(&said("run", &tumbling, &[&kick[..], &["--rounds", "1"]].concat()), &["did not converge: --rounds"]);
+    // In whichever stage of the step that was: here in the first, and in the last nothing touches.
+    let leaving = ["--rounds", "1", "--steps", "1", "--qvel", "3.1 .49 .41 3.5 -.47 -1", "--integrator", "rk4"];
+    has(&said("run", &tumbling.replace("0 0 .1'", "0 0 .0999'"), &leaving), &["in 1 of 1 steps"]);
+}
+
 /// What stands on something static rests, wherever in the file that is.
 #[test]
 fn what_is_fixed_may_be_listed_last() {

@@ -449,3 +449,23 @@ fn actuators_have_from_defaults_what_mujoco_gives_them() {
         <actuator><damper joint="j" ctrlrange="0 1"/></actuator></mujoco>"#;
     assert_eq!(model("damper", damper).actuators[0].gain, [0.0; 3]);
 }
+
+/// What a class gives to actuators of another kind and they cannot have, as MuJoCo 4.0.0 takes and refuses it.
+#[test]
+fn actuators_of_other_classes_are_taken_as_by_mujoco() {
+    let scene = |class: &str, actuator: &str| {
+        format!(
+            r#"<mujoco><default>{class}</default><worldbody><body><joint name="j" range="-90 90"/><geom size=".1"/></body></worldbody>
+            <actuator><{actuator} joint="j"/></actuator></mujoco>"#
+        )
+    };
+    // A range is inherited by servos only.
+    let servo = r#"<position kp="3" inheritrange="1"/>"#;
+    let range = |actuator: &str| model("servo", &scene(servo, actuator)).actuators[0].ctrlrange.is_some();
+    assert_eq!(["general", r#"general gainprm="4""#].map(range), [true, false]);
+    let refused = |class: &str, actuator: &str| penny::parse("class.xml", &scene(class, actuator)).is_err();
+    let backwards = r#"<general gaintype="affine" gainprm="0 0 2" ctrlrange="0 1"/>"#;
+    assert!(refused(backwards, "damper") && !refused(backwards, r#"damper kv="1""#));
+    // Like a damper, adhesion asks for a range, of all in its class.
+    assert!(refused(r#"<adhesion gain="2"/>"#, "motor") && !refused(r#"<adhesion ctrlrange="0 1"/>"#, "motor"));
+}

@@ -118,6 +118,24 @@ fn what_is_too_light_for_mujoco_is_said_to_be() {
     assert!(!said(&bound, "check", &[]).contains("error"));
 }
 
+/// What MuJoCo 4.0.0 does of it, and what is said.
+#[test]
+fn gravity_is_compensated_only_where_some_body_has_it_above_0() {
+    let falls = |first: f64, second: f64| {
+        let body = |z: f64, comp: f64| {
+            let inside = "<joint type='slide' axis='0 0 1'/><geom size='.1'/>";
+            format!("<body pos='0 0 {z}' gravcomp='{comp}'>{inside}</body>")
+        };
+        let text = format!("<mujoco><worldbody>{}{}</worldbody></mujoco>", body(0.0, first), body(9.0, second));
+        let mut sim = crate::sim::Sim::new(&text);
+        sim.step();
+        let told = said(&text, "check", &[]).contains("does nothing, as in MuJoCo");
+        ([0, 1].map(|d| (sim.data.qacc[d] / 9.81 * 1e9).round() / 1e9), told)
+    };
+    assert_eq!(falls(-1.0, 0.0), ([-1.0, -1.0], true));
+    assert_eq!(falls(-1.0, 0.5), ([-2.0, -0.5], false));
+}
+
 #[test]
 fn a_link_in_its_mount_is_doubted_with_a_cure_that_it_has() {
     let link = r#"<mujoco><worldbody><body name="mount" pos="0 0 1.5"><geom name="housing" type="cylinder" size=".05 .05"/>

@@ -297,10 +297,24 @@ fn solref_means_what_we_say() {
 #[test]
 fn the_equations_have_one_solution_whichever_method_finds_it() {
     let other = |solve| -> &'static Law {
-        let Law { name, about, joints, start, by_timestep, lever, pose, friction, describe, unlike, .. } = penalty::LAW;
+        let Law { name, about, joints, start, by_timestep, nearer, lever, pose, friction, describe, unlike, .. } =
+            penalty::LAW;
         let shortcut = None;
-        let law =
-            Law { name, about, joints, start, by_timestep, lever, solve, pose, shortcut, friction, describe, unlike };
+        let law = Law {
+            name,
+            about,
+            joints,
+            start,
+            by_timestep,
+            nearer,
+            lever,
+            solve,
+            pose,
+            shortcut,
+            friction,
+            describe,
+            unlike,
+        };
         Box::leak(Box::new(law))
     };
     let ways = [(other(penalty::solve_anew), 1e-10), (other(penalty::solve_as_defined), 1e-8)];

@@ -509,6 +509,14 @@ fn outputs_are_checked_before_the_first_is_touched() {
         assert!(penny_in(&folder, &["scene.xml", "--steps", "1", "--csv", "link.csv"]).status.success());
         assert!(std::fs::read_link(folder.join("link.csv")).is_ok());
         assert!(std::fs::read_to_string(folder.join("x.csv")).expect("there").starts_with("time,"));
+        // And one to a file that does not exist yet, over two folders.
+        std::os::unix::fs::symlink("parts/next.csv", folder.join("new.csv")).expect("a link");
+        std::os::unix::fs::symlink("../new.txt", folder.join("parts/next.csv")).expect("a link");
+        assert!(penny_in(&folder, &["scene.xml", "--steps", "1", "--csv", "new.csv"]).status.success());
+        assert!(std::fs::read_link(folder.join("parts/next.csv")).is_ok());
+        assert!(std::fs::read_to_string(folder.join("new.txt")).expect("there").starts_with("time,"));
+        std::os::unix::fs::symlink("round.csv", folder.join("round.csv")).expect("a link");
+        refused(&["scene.xml", "--csv", "round.csv"], "cannot write `round.csv`");
     }
     assert_eq!(std::fs::read_to_string(folder.join("parts/floor.xml")).expect("there"), floor);
     assert_eq!(std::fs::read_to_string(folder.join("scene.xml")).expect("there"), text);

@@ -291,13 +291,15 @@ fn solref_is_varied_as_the_scene_has_it() {
 
 #[test]
 fn what_makes_no_sense_is_refused() {
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 8] = [
         (&["-o", "-"], "name a file"),
         (&["-o", "target/x.json"], ".csv or .parquet"),
         (&["-o", "models"], "is no file that could be replaced"),
         (&["--timestep", "10", "--time", "1"], "give a longer --time or a smaller --timestep"),
         (&["--accuracy", "1e-3", "--vary", "timestep=0.001..0.002"], "leave out timestep"),
         (&["--time", "0.1", "--vary", "timestep=0.001..0.5"], "too short for such a step"),
+        (&["--timestep", "0.001", "--vary", "timestep=0.001..0.002"], "--timestep and timestep set the same number"),
+        (&["--steps", "10", "--vary", "timestep=0.001..0.002"], "give --time"),
     ];
     for (args, told) in cases {
         refused("sense", args, told);

@@ -18,6 +18,7 @@ const NO_LAW: Law = Law {
     joints: true,
     start: Start::Nothing,
     by_timestep: false,
+    nearer: "",
     lever: Lever::Midpoint,
     solve: |_, _, _| panic!("a contact law ran without contacts"),
     pose: None,

@@ -160,6 +160,14 @@ const OF_RUNS: &[OfRuns] = &[
         "the run ends at 6 ms: 5 ms is no whole number of steps of 2 ms",
     ),
     (
+        "does nothing, as in MuJoCo",
+        &["check"],
+        "<mujoco><worldbody><body name='ball' gravcomp='-1'><freejoint/><geom size='.1'/></body><body pos='1 0 0' gravcomp='@'><geom size='.1'/></body></worldbody></mujoco>",
+        "0",
+        "1",
+        "the `gravcomp` of ball does nothing",
+    ),
+    (
         "the limit will throw it back",
         &["check"],
         HINGE,

@@ -29,6 +29,7 @@ pub fn of_start(model: &Model, state: &State, when: &str) -> Vec<String> {
 pub fn of_scene(model: &Model) -> Vec<String> {
     let mut list = Vec::new();
     list.extend(gravity(model));
+    list.extend(heavier(model));
     list.extend(masses(model));
     list
 }
@@ -120,6 +121,17 @@ fn gravity(model: &Model) -> Option<String> {
         ));
     }
     (z > 5.0).then(|| format!("warning: gravity points up, along +z ({} m/s²): write -{}", short(z), short(z)))
+}
+
+/// Bodies that are to be heavier than they are, of which MuJoCo takes no notice.
+fn heavier(model: &Model) -> Option<String> {
+    let body = model.bodies.iter().position(|body| body.gravcomp < 0.0)?;
+    model.bodies.iter().all(|body| body.gravcomp <= 0.0).then(|| {
+        format!(
+            "warning: the `gravcomp` of {} does nothing, as in MuJoCo: below 0 it counts only where that of some body is above 0",
+            names::body(model, body)
+        )
+    })
 }
 
 /// Moving bodies whose mass does not go with their size.

@@ -82,6 +82,13 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
             print!("\n{}", mapping(&model, &method, &group[0]));
         }
     }
+    let unyielding = explain::unyielding(&model);
+    if !unyielding.is_empty() {
+        println!(
+            "\nNo spring is told of {}: a push at its centre of mass moves neither of the two; elsewhere it may turn one.",
+            names(&model, &unyielding)
+        );
+    }
     print!("{}", in_a_row(&model, &start));
     if whole && !groups.is_empty() {
         print!("\n{}", mappings(&model, &method, &groups[0]));
@@ -301,7 +308,7 @@ pub fn stable_integrator(model: &Model, method: &Method, start: &State, budget: 
 }
 
 /// Said after a run in which some step's equations were not solved; empty otherwise.
-pub fn unsolved(data: &Data, steps: usize) -> String {
+pub fn unsolved(data: &Data, method: &Method, steps: usize) -> String {
     let mut text = String::new();
     if data.unsolved > 0 {
         let n = data.unsolved;
@@ -311,9 +318,8 @@ pub fn unsolved(data: &Data, steps: usize) -> String {
     }
     if data.unconverged > 0 {
         let n = data.unconverged;
-        text += &format!(
-            "  in {n} of {steps} steps the contact forces did not converge: --rounds allows more Newton steps\n"
-        );
+        let nearer = method.contact.nearer;
+        text += &format!("  in {n} of {steps} steps the contact forces did not converge: {nearer}\n");
     }
     text
 }

@@ -244,8 +244,19 @@ impl Plan {
         let slots = names.iter().map(|name| Slot::find(name, base.model())).collect::<Result<Vec<_>, _>>();
         let plan = Plan { worlds, names, slots: slots.map_err(wrong)?, values };
         plan.each_once().map_err(wrong)?;
-        if args.accuracy.accuracy.is_some() && plan.slots.contains(&Slot::Timestep) {
-            return Err(wrong("--accuracy finds the timestep itself: leave out timestep, or --accuracy".to_owned()));
+        if plan.slots.contains(&Slot::Timestep) {
+            let why = if args.accuracy.accuracy.is_some() {
+                "--accuracy finds the timestep itself: leave out timestep, or --accuracy"
+            } else if args.method.timestep.is_some() {
+                "--timestep and timestep set the same number: leave one out"
+            } else if args.length.steps.is_some() {
+                "worlds of varied timestep run for the same time, not for so many --steps: give --time"
+            } else {
+                ""
+            };
+            if !why.is_empty() {
+                return Err(wrong(why.to_owned()));
+            }
         }
         plan.check(args, base, seconds)?;
         Ok(plan)

@@ -236,7 +236,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // Of controlled steps only the rows are counted here.
         let unit = if controlled.is_some() { ["row", "rows"] } else { ["step", "steps"] };
         report.print(&format!("  {}\n", pace(steps, unit, method.timestep, elapsed)));
-        eprint!("{}", super::explain::unsolved(&data, steps));
+        eprint!("{}", super::explain::unsolved(&data, &method, steps));
     }
     if let Some(time) = overflow {
         eprintln!(

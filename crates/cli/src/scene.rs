@@ -66,7 +66,7 @@ pub struct MethodArgs {
     integrator: Option<String>,
     /// Timestep in seconds [default: the scene's]
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
-    timestep: Option<f64>,
+    pub timestep: Option<f64>,
     /// Newton steps that the penalty law takes at most to find the forces of a timestep: fewer are quicker where the forces
     /// change fast, and leave a residual, which the run reports
     #[arg(long, value_name = "N", default_value_t = ROUNDS, value_parser = at_least_one, allow_negative_numbers = true)]
@@ -165,7 +165,7 @@ pub struct LengthArgs {
     time: Option<f64>,
     /// Number of steps instead of a time
     #[arg(long, value_name = "N", value_parser = whole::<usize>, allow_negative_numbers = true)]
-    steps: Option<usize>,
+    pub steps: Option<usize>,
 }
 
 /// Numbers between blanks or commas.

@@ -34,6 +34,7 @@ pub static LAW: Law = Law {
     joints: true,
     start: Start::Acceleration,
     by_timestep: false,
+    nearer: "the `iterations` and `tolerance` of the scene's `<option>` say when Newton's method ends",
     lever: Lever::Midpoint,
     solve,
     pose: Some(pose),

@@ -81,6 +81,7 @@ pub static LAW: Law = Law {
     joints: true,
     start: Start::Forces,
     by_timestep: true,
+    nearer: "--rounds allows more Newton steps",
     lever: Lever::Surface,
     solve,
     pose: Some(pose),
@@ -217,14 +218,8 @@ fn pose(task: &Task, own: &mut Scratchpad, island: &mut Island) {
             }
             Source::Tie(index) => {
                 let row = &task.data.ties[index];
-                tie(task, row, &mut island.constraints[i]);
                 let there = island.inverse_masses(i)[..3].iter().fold(0.0, |m: f64, x| m.max(*x));
-                let c = &mut island.constraints[i];
-                c.inverse[0] = noticeable(c.inverse[0], there);
-                if c.inverse[0] == 0.0 {
-                    // What its force could not move, such as a tendon within one body, has none.
-                    (c.cone.d[0], c.inverse[0]) = (0.0, 1.0);
-                }
+                tie(task, row, noticeable(row.inverse[0], there), &mut island.constraints[i]);
                 if row.kind != TieKind::DryFriction {
                     super::mujoco::soften_exactly(task, island, i, row.impedance);
                 }
@@ -280,13 +275,13 @@ fn joint(task: &Task, row: &JointRow, c: &mut Constraint) {
     }
 }
 
-/// An equality, or a limit or the dry friction of a tendon.
-fn tie(task: &Task, tie: &Tie, c: &mut Constraint) {
+/// An equality, or a limit or the dry friction of a tendon, of that inverse mass.
+fn tie(task: &Task, tie: &Tie, inverse: f64, c: &mut Constraint) {
     super::mujoco::tie(tie, c);
-    c.inverse = [tie.inverse[0], tie.inverse[1], 0.0, 0.0];
+    c.inverse = [inverse, tie.inverse[1], 0.0, 0.0];
     c.force = tie.force;
     if tie.kind == TieKind::DryFriction {
-        dry(task, tie.inverse[0], c);
+        dry(task, inverse, c);
     }
 }
 

@@ -194,7 +194,7 @@ impl EnergyGain {
                 format!("{names} overlapped by {} at the start; {}", si(overlap.depth, "m"), overlap.cure(model))
             }
             _ if unconverged > 0 => {
-                "the contact forces of some steps did not converge: --rounds allows more Newton steps".to_owned()
+                format!("the contact forces of some steps did not converge: {}", method.contact.nearer)
             }
             (None, Some((limit, whose))) if 0.0 < *limit && *limit < h && whose != super::THE_SCENE => {
                 format!("the timestep is too long for {whose}: try --timestep {:.1e}", rounded_down(*limit))

@@ -50,14 +50,22 @@ pub fn depth_under(model: &Model, method: &Method, touch: &Touch, load: f64) -> 
 /// All pairs of a scene that are known in advance (a scene of very many geoms finds the others as it runs) and can give
 /// way along their normal: a contact that nothing yields to has no spring.
 pub fn touches(model: &Model) -> Vec<Touch> {
+    known(model).into_iter().filter(|touch| touch.mass.is_finite()).collect()
+}
+
+/// The pairs that [`touches`] leaves out: a push along the normal at the centre of mass moves neither.
+pub fn unyielding(model: &Model) -> Vec<Touch> {
+    known(model).into_iter().filter(|touch| !touch.mass.is_finite()).collect()
+}
+
+fn known(model: &Model) -> Vec<Touch> {
     let state = State::new(model);
     let mut data = Data::new(model);
     // Poses and the factors of the inertia matrices at qpos0.
     dynamics::mocap(model, &state, &mut data);
     dynamics::kinematics(model, &state.qpos, &mut data);
     dynamics::smooth(model, &state, &mut data);
-    let touches = model.pairs.listed.iter().map(|pair| touch(model, &data, pair));
-    touches.filter(|touch| touch.mass.is_finite()).collect()
+    model.pairs.listed.iter().map(|pair| touch(model, &data, pair)).collect()
 }
 
 /// Rows of three or more movable bodies that touch one another at the start, each as their indices: where a blow along
