@@ -101,10 +101,13 @@ class Simulation:
     def push(self, body: str | int, force, point=None) -> Simulation:
         """Adds a force (N) on a body, at a point of the world (m) or at its centre of mass, until `clear_forces`.
 
-        ValueError: no joint moves the body.
+        ValueError: no joint moves the body, or a number is not finite.
         """
         thing = self.data.body(self._moving(body, "a force"))
+        force = np.asarray(force, dtype=float)
         arm = np.zeros(3) if point is None else np.asarray(point, dtype=float) - thing.xipos
+        if not np.isfinite([*force, *arm]).all():
+            raise ValueError("a force and the point that it acts on are finite numbers")
         thing.xfrc_applied[:3] += force
         thing.xfrc_applied[3:] += np.cross(arm, force)
         return self

@@ -119,6 +119,8 @@ def _length(axis: int, given: int | None, **arrays) -> int:
 
 def _run(model, data, initial, control, spec, nstep, warm, state, sensordata, chunk, threads):
     models = [model] if isinstance(model, MjModel) else list(model)
+    if not models:
+        raise ValueError("The list of models is empty")
     spec = int(spec)
     if spec & ~int(mjtState.mjSTATE_USER):
         raise ValueError("control_spec can only contain bits in mjSTATE_USER")

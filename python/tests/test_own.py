@@ -48,6 +48,10 @@ def test_pushes_add_up_and_go():
     for no_effect in (lambda: sim.push("world", [1, 0, 0]), lambda: sim.set_mass(0, 5)):
         with pytest.raises(ValueError, match="no joint moves it"):
             no_effect()
+    for force, point in (([np.nan, 0, 0], None), ([1, 0, 0], [np.inf, 0, 0])):
+        with pytest.raises(ValueError, match="finite"):
+            sim.push("b", force, point)
+        assert not sim.data.xfrc_applied.any()
     for mass in (-1, 0, np.nan):
         with pytest.raises(ValueError, match="mass"):
             sim.set_mass("b", mass)
