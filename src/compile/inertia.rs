@@ -65,7 +65,8 @@ pub fn principal(tensor: &Mat3) -> Option<(Vec3, Mat3)> {
         }
         let tau = (turned[(j, j)] - turned[(i, i)]) / (2.0 * turned[(i, j)]);
         let tangent = 1.0f64.copysign(tau) / (tau.abs() + (1.0 + tau * tau).sqrt());
-        let (cos, sin) = (1.0 / tangent.hypot(1.0), tangent / tangent.hypot(1.0));
+        let cos = 1.0 / tangent.hypot(1.0);
+        let sin = tangent * cos;
         let moved = tangent * turned[(i, j)];
         (turned[(i, i)], turned[(j, j)]) = (turned[(i, i)] - moved, turned[(j, j)] + moved);
         let k = 3 - i - j;
@@ -91,6 +92,7 @@ pub fn principal(tensor: &Mat3) -> Option<(Vec3, Mat3)> {
     Some((moments * scale, axes)).filter(|(moments, _)| moments.iter().all(|i| i.is_finite()))
 }
 
+/// A dozen are enough: the elements beside the diagonal shrink quadratically.
 const MOST_TURNS: usize = 100;
 /// What is lost in rounding, against the largest element.
 const ROUNDING: f64 = 1e-15;

@@ -72,6 +72,7 @@ use island::Island;
 use islands::Islands;
 
 /// A contact law.
+#[derive(Clone, Copy)]
 pub struct Law {
     /// CLI name.
     pub name: &'static str,

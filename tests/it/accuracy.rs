@@ -187,6 +187,23 @@ fn what_is_touched_between_two_steps_is_not_missed() {
     }
 }
 
+/// A wall may stand elsewhere than in the file: it is a mocap body.
+#[test]
+fn what_is_touched_may_stand_where_the_state_says() {
+    const SCENE: &str = r#"<mujoco><option gravity="0 0 0"/><worldbody>
+        <body mocap="true" pos="90 0 0"><geom type="box" size="0.005 1 1"/></body>
+        <body><joint type="slide" axis="1 0 0"/><geom size="0.02" mass="0.01"/></body></worldbody></mujoco>"#;
+    let mut sim = Sim::new(SCENE);
+    (sim.state.qvel[0], sim.state.mocap_pos[0]) = (5.0, [1.055, 0.0, 0.0]);
+    let case = Case { start: sim.state.clone(), model: sim.model.clone(), seconds: 1.0 };
+    let choice = accuracy::choose(&case, contact::default(), 1e-3, &Budget::unlimited());
+    let x = choice.unwrap_or_else(|refusal| panic!("{refusal}")).end.qpos[0];
+    sim.method.timestep = 1e-5;
+    (0..100_000).for_each(|_| sim.step());
+    // It is slowed down to half its speed.
+    assert!((x - sim.state.qpos[0]).abs() < 3e-3, "{x} m, not {} m", sim.state.qpos[0]);
+}
+
 /// A ball that rolls, and so touches in every step, is not carried through a wall of a millimetre either.
 #[test]
 fn what_touches_the_ground_does_not_pass_through_a_wall() {

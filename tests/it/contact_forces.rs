@@ -309,24 +309,8 @@ const GROOVE: &str = "<geom type='box' size='.1 9 .1' pos='.2 0 .1' euler='0 -20
                       <geom type='box' size='.1 9 .1' pos='-.2 0 .1' euler='0 20 0'/>";
 
 fn compare_shortcut(law: &Law) {
-    let Law { name, about, joints, start, by_timestep, nearer, lever, solve, pose, friction, describe, unlike, .. } =
-        *law;
-    let general = Law {
-        name,
-        about,
-        joints,
-        start,
-        by_timestep,
-        nearer,
-        lever,
-        solve,
-        pose,
-        shortcut: None,
-        friction,
-        describe,
-        unlike,
-    };
-    let general: &'static Law = Box::leak(Box::new(general));
+    let name = law.name;
+    let general: &'static Law = Box::leak(Box::new(Law { shortcut: None, ..*law }));
     // Of one manifold, and of several.
     let (mut taken, mut asked, mut parted) = ([0, 0], [0, 0], 0);
     for (shape, condim, start) in [

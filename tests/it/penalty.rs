@@ -296,27 +296,7 @@ fn solref_means_what_we_say() {
 /// on static ones, asked at every state.
 #[test]
 fn the_equations_have_one_solution_whichever_method_finds_it() {
-    let other = |solve| -> &'static Law {
-        let Law { name, about, joints, start, by_timestep, nearer, lever, pose, friction, describe, unlike, .. } =
-            penalty::LAW;
-        let shortcut = None;
-        let law = Law {
-            name,
-            about,
-            joints,
-            start,
-            by_timestep,
-            nearer,
-            lever,
-            solve,
-            pose,
-            shortcut,
-            friction,
-            describe,
-            unlike,
-        };
-        Box::leak(Box::new(law))
-    };
+    let other = |solve| -> &'static Law { Box::leak(Box::new(Law { solve, shortcut: None, ..penalty::LAW })) };
     let ways = [(other(penalty::solve_anew), 1e-10), (other(penalty::solve_as_defined), 1e-8)];
     let (mut asked, mut compared) = (0, 0);
     let mut ask = |sim: &mut Sim, what: &str| {

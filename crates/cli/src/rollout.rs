@@ -249,7 +249,7 @@ impl Plan {
                 "--accuracy finds the timestep itself: leave out timestep, or --accuracy"
             } else if args.method.timestep.is_some() {
                 "--timestep and timestep set the same number: leave one out"
-            } else if args.length.steps.is_some() {
+            } else if args.length.counted() {
                 "worlds of varied timestep run for the same time, not for so many --steps: give --time"
             } else {
                 ""

@@ -165,7 +165,7 @@ pub struct LengthArgs {
     time: Option<f64>,
     /// Number of steps instead of a time
     #[arg(long, value_name = "N", value_parser = whole::<usize>, allow_negative_numbers = true)]
-    pub steps: Option<usize>,
+    steps: Option<usize>,
 }
 
 /// Numbers between blanks or commas.

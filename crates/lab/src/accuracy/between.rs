@@ -10,14 +10,14 @@
 //! Far from everything nothing is looked at: geoms whose bounding spheres were apart by x cannot touch before they have moved by x.
 //!
 //! A run that has met something is compared with others that have, too: a bounce that is missed shows there. But not what both have
-//! passed through. So in it x counts where it is below the thickness of the thinnest geom, and steps in which nothing moves as far
-//! as that are not looked at.
+//! passed through. So in it x counts where it is below minus half the thickness of the thinnest geom, and steps in which nothing
+//! moves as far as that are not looked at.
 //!
 //! Source: Hermite's interpolation; E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, §II.6.
 
 use penny::control::{sizes, thinnest};
 use penny::data::Data;
-use penny::dynamics::{kinematics, twist, xipos};
+use penny::dynamics::{kinematics, mocap, twist, xipos};
 use penny::forward::{Method, forward};
 use penny::math::Vec3;
 use penny::model::{GeomKind, JointKind, Model};
@@ -164,6 +164,7 @@ impl Between {
     /// What all geoms that can touch are apart at least, m, where the run has `met` something those that can be passed through.
     fn clearance(&mut self, state: &State, met: bool) -> f64 {
         let Between { model, data, .. } = self;
+        mocap(model, state, data);
         kinematics(model, &state.qpos, data);
         let (pairs, geoms) = (&model.pairs, &model.geoms);
         let way = |[a, b]: [usize; 2]| data.geom_xpos[b] - data.geom_xpos[a];
