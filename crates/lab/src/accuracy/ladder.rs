@@ -77,10 +77,7 @@ pub struct Ladder<'c> {
 struct Paused<'c> {
     run: Controlled<'c>,
     knob: f64,
-    samples: Vec<Vec<Pose>>,
-    smooth: bool,
-    between: Option<Between>,
-    blind: bool,
+    trace: Trace,
     last: State,
 }
 
@@ -359,9 +356,9 @@ impl<'c> Ladder<'c> {
                 self.stuck = true;
                 return 0;
             };
-            let (before, looked) = (paused.evaluations(), paused.looks());
+            let (before, looked) = (paused.evaluations(), paused.trace.looks());
             let done = paused.go_on(case, before + most as f64);
-            let taken = (paused.evaluations() - before) as usize + paused.looks() - looked;
+            let taken = (paused.evaluations() - before) as usize + paused.trace.looks() - looked;
             if done {
                 self.add(case, paused.rung(case, &method));
                 return taken + 1;
@@ -429,11 +426,62 @@ impl<'c> Ladder<'c> {
     }
 }
 
+/// What a run has shown so far.
+struct Trace {
+    samples: Vec<Vec<Pose>>,
+    smooth: bool,
+    blind: bool,
+    between: Option<Between>,
+    /// Its steps are so short that nothing passes through anything, as controlled ones are.
+    short: bool,
+}
+
+impl Trace {
+    fn new(case: &Case, short: bool) -> Trace {
+        Trace { samples: Vec::new(), smooth: true, blind: false, between: Between::new(case), short }
+    }
+
+    /// Evaluations of looks between its steps.
+    fn looks(&self) -> usize {
+        self.between.as_ref().map_or(0, |between| between.evaluations)
+    }
+
+    /// In: what the step found at its beginning, and its two ends.
+    fn step(&mut self, case: &Case, data: &Data, method: &Method, [before, after]: [&State; 2]) {
+        self.smooth &= free(&case.model, data);
+        let asked = !self.blind && (self.smooth || !self.short);
+        if let Some(between) = self.between.as_mut().filter(|_| asked) {
+            self.blind = between.missed(method, before, after, !self.smooth);
+        }
+    }
+
+    /// The run at its end. In: evaluations of its steps.
+    fn rung(self, case: &Case, method: &Method, knob: f64, evaluations: usize, end: State) -> Rung {
+        let looks = self.looks();
+        let Trace { samples, blind, .. } = self;
+        Rung {
+            knob,
+            samples,
+            evaluations: evaluations + 1,
+            looks,
+            stride: 1,
+            timestep: method.timestep,
+            steps: 0,
+            planned: 0.0,
+            effort: None,
+            smooth: self.smooth && !blind && ends_free(case, method, &end),
+            end,
+            blind,
+            difference: None,
+            far: Vec::new(),
+        }
+    }
+}
+
 /// A run of so many steps for so many samples; it ends early where it diverges or takes more than `most` evaluations.
 fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) -> Rung {
     let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(&case.model), Data::new(&case.model));
-    let (mut samples, mut steps, mut evaluations, mut smooth) = (Vec::new(), 0, 0, true);
-    let (mut between, mut blind, mut before) = (Between::new(case), false, state.clone());
+    let (mut trace, mut before, mut steps, mut evaluations) = (Trace::new(case, false), state.clone(), 0, 0);
     'run: for _ in 0..SAMPLES / stride {
         for _ in 0..each {
             if evaluations > most || step(&case.model, method, &mut state, &mut data).is_err() {
@@ -441,52 +489,26 @@ fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) 
             }
             steps += 1;
             evaluations += data.counts.forwards;
-            smooth &= free(&case.model, &data);
-            if let Some(between) = between.as_mut().filter(|_| !blind) {
-                blind = between.missed(method, &before, &state, !smooth);
+            trace.step(case, &data, method, [&before, &state]);
+            if trace.between.is_some() {
                 before.copy_from(&state);
             }
         }
-        samples.push(poses(&case.model, &state.qpos, &mut scratch));
+        trace.samples.push(poses(&case.model, &state.qpos, &mut scratch));
     }
-    let (timestep, planned) = (method.timestep, (each * SAMPLES / stride) as f64);
-    smooth &= !blind && ends_free(case, method, &state, &mut data);
-    evaluations += 1;
-    let (knob, effort, difference, end, far) = (timestep, None, None, state, Vec::new());
-    let looks = between.map_or(0, |between| between.evaluations);
-    Rung {
-        knob,
-        samples,
-        evaluations,
-        looks,
-        stride,
-        timestep,
-        steps,
-        planned,
-        effort,
-        end,
-        smooth,
-        blind,
-        difference,
-        far,
-    }
+    let planned = (each * SAMPLES / stride) as f64;
+    Rung { stride, steps, planned, ..trace.rung(case, method, method.timestep, evaluations, state) }
 }
 
 impl<'c> Paused<'c> {
     fn new(case: &'c Case, method: &Method, tolerance: f64) -> Option<Paused<'c>> {
         let end = case.start.time + case.seconds;
         let run = Controlled::new(&case.model, method, &case.start, tolerance, end).ok()?;
-        let (between, last) = (Between::new(case), case.start.clone());
-        Some(Paused { run, knob: tolerance, samples: Vec::new(), smooth: true, between, blind: false, last })
+        Some(Paused { run, knob: tolerance, trace: Trace::new(case, true), last: case.start.clone() })
     }
 
     fn evaluations(&self) -> f64 {
         (self.run.effort().evaluations + self.run.looks()) as f64
-    }
-
-    /// Evaluations of looks between its steps.
-    fn looks(&self) -> usize {
-        self.between.as_ref().map_or(0, |between| between.evaluations)
     }
 
     /// Part of the time that is done.
@@ -497,8 +519,9 @@ impl<'c> Paused<'c> {
     /// Out: whether it is at its end, or cannot go on.
     fn go_on(&mut self, case: &Case, most: f64) -> bool {
         let mut scratch = Data::new(&case.model);
-        while self.samples.len() < SAMPLES {
-            let time = case.start.time + case.seconds * (self.samples.len() + 1) as f64 / SAMPLES as f64;
+        while self.trace.samples.len() < SAMPLES {
+            let done = (self.trace.samples.len() + 1) as f64 / SAMPLES as f64;
+            let time = case.start.time + case.seconds * done;
             while self.run.state().time < time {
                 if self.evaluations() >= most {
                     return false;
@@ -506,42 +529,20 @@ impl<'c> Paused<'c> {
                 if self.run.advance().is_err() {
                     return true;
                 }
-                self.smooth &= free(&case.model, self.run.data());
-                if let Some(between) = self.between.as_mut().filter(|_| self.smooth && !self.blind) {
-                    self.blind = between.missed(self.run.method(), self.run.before(), self.run.state(), false);
-                }
+                let Paused { run, trace, .. } = self;
+                trace.step(case, run.data(), run.method(), [run.before(), run.state()]);
             }
             let Ok(state) = self.run.at(time, usize::MAX) else { return true };
-            self.samples.push(poses(&case.model, &state.qpos, &mut scratch));
+            self.trace.samples.push(poses(&case.model, &state.qpos, &mut scratch));
             self.last = state;
         }
         true
     }
 
     fn rung(self, case: &Case, method: &Method) -> Rung {
-        let (evaluations, looks) = (self.evaluations() as usize + 1, self.looks());
-        let Paused { run, knob, samples, smooth, blind, last: end, .. } = self;
-        let effort = run.effort();
-        let smooth = smooth && !blind && ends_free(case, method, &end, &mut Data::new(&case.model));
-        let (timestep, steps, planned) = (method.timestep, effort.steps + effort.rejected, 0.0);
-        let (effort, difference, far) = (Some(effort), None, Vec::new());
-        let stride = 1;
-        Rung {
-            knob,
-            samples,
-            evaluations,
-            looks,
-            stride,
-            timestep,
-            steps,
-            planned,
-            effort,
-            end,
-            smooth,
-            blind,
-            difference,
-            far,
-        }
+        let (evaluations, effort) = (self.evaluations() as usize, self.run.effort());
+        let rung = self.trace.rung(case, method, self.knob, evaluations, self.last);
+        Rung { steps: effort.steps + effort.rejected, effort: Some(effort), ..rung }
     }
 }
 
@@ -551,7 +552,8 @@ fn free(model: &Model, data: &Data) -> bool {
 }
 
 /// The same where a run ends: what began in the last step shows there.
-fn ends_free(case: &Case, method: &Method, end: &State, data: &mut Data) -> bool {
-    forward(&case.model, method, end, data);
-    free(&case.model, data)
+fn ends_free(case: &Case, method: &Method, end: &State) -> bool {
+    let mut data = Data::new(&case.model);
+    forward(&case.model, method, end, &mut data);
+    free(&case.model, &data)
 }
