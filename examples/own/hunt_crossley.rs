@@ -19,6 +19,7 @@ pub static LAW: Law = Law {
     solve,
     pose: None,
     shortcut: None,
+    balls: None,
     friction: |_, mix| mix.friction,
     describe,
     unlike: Some(Unlike {

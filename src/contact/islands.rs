@@ -3,13 +3,17 @@
 use super::disjoint_sets::DisjointSets;
 use super::free_bodies::FreeBodies;
 use super::ties;
-use crate::data::Data;
-use crate::model::Model;
+use crate::data::{Contact, Data};
+use crate::model::{Mix, Model};
 
 /// Which trees constraints hold together.
 #[derive(Clone, Debug, Default)]
 pub struct Islands {
     sets: DisjointSets,
+    /// Contacts that push each tree, where balls are looked for.
+    touched: Vec<u32>,
+    /// The balls that are no island's.
+    pub alone: Vec<Alone>,
     /// Whether `trees` says that every tree is an island of its own.
     apart: bool,
     /// Number of each tree within its island, once [`Islands::number`] has counted it.
@@ -19,6 +23,17 @@ pub struct Islands {
     contacts: Grouped,
     joints: Grouped,
     ties: Grouped,
+}
+
+/// A ball and the one contact that pushes it.
+#[derive(Clone, Copy, Debug)]
+pub struct Alone {
+    /// Its tree.
+    pub tree: usize,
+    /// Index into `data.contacts`.
+    pub contact: usize,
+    /// Which of the two geoms is the ball.
+    pub side: usize,
 }
 
 /// Items by group: those of group g are `items[start[g]..start[g + 1]]`, in their old order.
@@ -97,10 +112,36 @@ impl Islands {
         let trees = model.trees.len();
         self.sets.reset(trees);
         self.unit.resize(trees, 0);
+        self.touched.reserve(trees);
+        self.alone.reserve(trees.min(contacts));
         self.trees.reserve(trees, trees);
         self.contacts.reserve(trees, contacts);
         self.joints.reserve(trees, joints);
         self.ties.reserve(trees, ties);
+    }
+
+    /// Finds the balls ([`Plan::balls`](crate::dynamics::plan::Plan::balls)) that are pushed by one contact only, with what
+    /// never moves, if it is one that `may` be left out of the islands.
+    pub fn set_balls_apart(&mut self, model: &Model, data: &Data, may: impl Fn(&Mix) -> bool) {
+        let Islands { touched, alone, .. } = self;
+        alone.clear();
+        touched.clear();
+        touched.resize(model.trees.len(), 0);
+        let trees = |c: &Contact| c.body.map(|b| model.bodies[b as usize].tree);
+        let pushing = || data.contacts.iter().enumerate().filter(|(_, c)| c.pushes(model));
+        for (_, c) in pushing() {
+            trees(c).into_iter().flatten().for_each(|t| touched[t] += 1);
+        }
+        for (contact, c) in pushing() {
+            let (tree, side) = match trees(c) {
+                [Some(tree), None] => (tree, 0),
+                [None, Some(tree)] => (tree, 1),
+                _ => continue,
+            };
+            if data.plan.balls[tree] && touched[tree] == 1 && may(&model.mixes[c.mix as usize]) {
+                alone.push(Alone { tree, contact, side });
+            }
+        }
     }
 
     /// Finds the islands: trees joined by contacts that push, and by ties.
@@ -122,11 +163,14 @@ impl Islands {
         self.group_all(model, data, joined);
     }
 
-    /// Joins the two trees of each contact that pushes, and labels it with one of them.
+    /// Joins the two trees of each contact that pushes, and labels it with one of them; not those of balls that are alone.
     fn join_contacts(&mut self, model: &Model, data: &Data, joined: &mut bool) {
         self.contacts.label.clear();
-        for c in &data.contacts {
-            let label = if c.pushes(model) {
+        let mut next_alone = 0;
+        for (i, c) in data.contacts.iter().enumerate() {
+            let alone = self.alone.get(next_alone).is_some_and(|alone| alone.contact == i);
+            next_alone += usize::from(alone);
+            let label = if c.pushes(model) && !alone {
                 let [a, b] = c.body.map(|b| model.bodies[b as usize].tree);
                 if let (Some(a), Some(b)) = (a, b)
                     && a != b
@@ -152,7 +196,8 @@ impl Islands {
 
     /// [`Islands::find`] for one tree.
     fn all_in_one(&mut self, model: &Model, data: &Data) {
-        let contacts = data.contacts.iter().enumerate().filter(|(_, c)| c.pushes(model)).map(|(i, _)| i);
+        let shared = self.alone.is_empty();
+        let contacts = data.contacts.iter().enumerate().filter(|(_, c)| shared && c.pushes(model)).map(|(i, _)| i);
         if !self.apart {
             self.trees.one_group(0..1);
             self.apart = true;

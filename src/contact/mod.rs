@@ -69,7 +69,7 @@ use crate::state::{Start, State};
 use describe::{Ask, Description, Unlike};
 use free_bodies::{FreeBodies, Room};
 use island::Island;
-use islands::Islands;
+use islands::{Alone, Islands};
 
 /// A contact law.
 #[derive(Clone, Copy)]
@@ -97,6 +97,8 @@ pub struct Law {
     pub pose: Option<fn(&Task, &mut Scratchpad, &mut Island)>,
     /// A faster way to the same forces for free bodies; see [`Shortcut`].
     pub shortcut: Option<Shortcut>,
+    /// A formula for a ball that touches one thing that never moves.
+    pub balls: Option<Balls>,
     /// Coefficients of friction that it uses for a mix: two sliding (1), spinning (m), two rolling (m).
     pub friction: fn(&Model, &Mix) -> [f64; 5],
     /// What it makes of a contact, as far as it has formulas; [`describe::nothing`] if it has none.
@@ -108,6 +110,15 @@ pub struct Law {
 /// Finds the forces of an island of free bodies and their accelerations (into the room, of their movers), and returns the residual
 /// that is left, or says that it cannot: then the general way is taken.
 pub type Shortcut = fn(&Task, &mut Scratchpad, &FreeBodies, &mut [Contact], &mut Room) -> Option<f64>;
+
+/// The forces of balls of which each touches one thing that never moves, where they are a formula.
+#[derive(Clone, Copy)]
+pub struct Balls {
+    /// Whether they are for contacts of that mix.
+    pub has: fn(&Model, &Mix) -> bool,
+    /// Finds the forces of the contacts, and the accelerations of the movers (into the room).
+    pub solve: fn(&Task, &mut Scratchpad, &[Alone], &mut [Contact], &mut Room),
+}
 
 /// What contact laws need to know of how a step is taken.
 #[derive(Clone, Copy)]
@@ -213,11 +224,49 @@ fn constrain_with(
     if data.contacts.is_empty() && data.joint_rows.is_empty() && data.ties.is_empty() {
         return;
     }
-    if law.start == Start::Forces {
+    let mut pad = std::mem::take(&mut data.scratch);
+    let scratch = Scratch::of(&mut pad, model, data);
+    let islands = &mut scratch.islands;
+    islands.alone.clear();
+    if let Some(balls) = law.balls.filter(|_| !data.plan.balls.is_empty() && !settings.implicit) {
+        islands.set_balls_apart(model, data, |mix| (balls.has)(model, mix));
+    }
+    let all_alone = islands.alone.len() == data.contacts.len() && data.joint_rows.is_empty() && data.ties.is_empty();
+    if law.start == Start::Forces && !all_alone {
         state.recall(model, data);
     }
-    let mut pad = std::mem::take(&mut data.scratch);
-    let Scratch { islands, island, room, own } = Scratch::of(&mut pad, model, data);
+    if let Some(balls) = law.balls.filter(|_| !islands.alone.is_empty()) {
+        push_balls(&balls, model, settings, state, data, scratch);
+    }
+    if !all_alone {
+        push_islands(model, settings, state, data, scratch, chained);
+    }
+    data.scratch = pad;
+}
+
+/// The forces of balls that are no island's, and what they do.
+fn push_balls(balls: &Balls, model: &Model, settings: &Settings, state: &State, data: &mut Data, scratch: &mut Scratch) {
+    let Scratch { islands: Islands { alone, .. }, room, own, .. } = scratch;
+    let mut contacts = std::mem::take(&mut data.contacts);
+    (balls.solve)(&Task { model, settings, state, data }, own, alone, &mut contacts, room);
+    data.contacts = contacts;
+    for &Alone { tree, contact, .. } in &*alone {
+        data.counts.rows += model.mixes[data.contacts[contact].mix as usize].condim;
+        finish_free(model, tree, room, data);
+    }
+}
+
+/// The forces of all islands, and what they do.
+fn push_islands(
+    model: &Model,
+    settings: &Settings,
+    state: &State,
+    data: &mut Data,
+    scratch: &mut Scratch,
+    chained: impl Fn(&Task, &Islands, usize) -> bool,
+) {
+    let Scratch { islands, island, room, own } = scratch;
+    let law = settings.law;
     // Sweeps end where an island improves no more: without islands, where all together do not.
     if model.opt.noslip_iterations > 0 && !model.opt.flags.island {
         islands.find_one(model, data);
@@ -244,7 +293,6 @@ fn constrain_with(
         data.solver.iterations = data.solver.iterations.max(outcome.iterations);
         data.solver.residual = data.solver.residual.max(outcome.residual);
     }
-    data.scratch = pad;
 }
 
 /// Finds the rows of joints, tendons and equalities, if the law has them.
@@ -277,15 +325,18 @@ fn take(
     data.solver.residual = data.solver.residual.max(residual);
     let rows = |&c: &usize| model.mixes[data.contacts[c].mix as usize].condim;
     data.counts.rows += bodies.contacts.iter().map(rows).sum::<usize>();
-    for &t in bodies.trees {
-        let tree = &model.trees[t];
-        if let Some(free) = &tree.free {
-            let a = room.acceleration[t];
-            let change = a - data.movers[tree.bodies.start].acc;
-            unit_mass::finish_free(free, data.plan.aligned[t], tree, data, &a.into(), &change.into());
-        }
-    }
+    bodies.trees.iter().for_each(|&t| finish_free(model, t, room, data));
     true
+}
+
+/// qacc and qfrc_constraint of a free body from the acceleration in the room.
+fn finish_free(model: &Model, t: usize, room: &Room, data: &mut Data) {
+    let tree = &model.trees[t];
+    if let Some(free) = &tree.free {
+        let a = room.acceleration[t];
+        let change = a - data.movers[tree.bodies.start].acc;
+        unit_mass::finish_free(free, data.plan.aligned[t], tree, data, &a.into(), &change.into());
+    }
 }
 
 /// Whether an island is one tree with joints, and each of its constraints acts on one chain of it.

@@ -55,11 +55,12 @@ pub static LAW: Law = Law {
         pointwise::solve_free(task, bodies, contacts, room, force);
         Some(0.0)
     }),
+    balls: None,
     friction,
     describe,
     unlike: Some(Unlike {
         normal: own_spring,
-        friction: "tutorial's is −μ F_n tanh(α v), which creeps where it should hold; MuJoCo's is a damper",
+    friction: "tutorial's is −μ F_n tanh(α v), which creeps where it should hold; MuJoCo's is a damper",
     }),
 };
 

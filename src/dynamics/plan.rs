@@ -7,7 +7,7 @@ use super::factor::Pattern;
 use super::links::{Link, Mount, NONE, links, mount, orientations};
 use super::plane::Plane;
 use crate::math::{MIN_VAL, Mat3, Vec3, mat};
-use crate::model::{Actuator, EqualityKind, Joint, JointKind, Model, Tendon, Transmission, Tree};
+use crate::model::{Actuator, EqualityKind, FreeBody, GeomKind, Joint, JointKind, Model, Tendon, Transmission, Tree};
 
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
@@ -58,6 +58,9 @@ pub struct Plan {
     pub dry: Vec<usize>,
     /// Free bodies whose frame is at the centre of mass and along the principal axes (by tree).
     pub aligned: Vec<bool>,
+    /// Balls: free bodies that turn alike about all axes, touch with spheres about the centre of mass only (not so large that I is less
+    /// than a tenth of m R²), and are held by no joint or tie (by tree; empty without any).
+    pub balls: Vec<bool>,
     /// The next dof towards the root of the tree, or [`NONE`].
     pub dof_parent: Vec<usize>,
     /// Where the inertia matrices of trees that are not free bodies have entries.
@@ -159,6 +162,8 @@ impl Plan {
         let force_range = |joint: &Joint| Some((joint.dofadr, joint.actfrcrange?));
         let limits = flags.constraint && flags.limit;
         let dry = flags.constraint && flags.frictionloss;
+        let posed = touching(model, true);
+        let balls = balls(model, &posed, tendons.iter().chain(&equalities).flatten());
         let dof_parent = dof_parents(model);
         let with_matrix = model.trees.iter().filter(|t| t.free.is_none()).map(|t| &t.dofs);
         let welded = |b: &usize| model.bodies[*b].weld != *b;
@@ -171,7 +176,7 @@ impl Plan {
         let planes = model.trees.iter().zip(&links_of).map(&mut plane).collect();
         let (welded, welded_in) = by_tree(model, |tree| tree.bodies.clone().filter(welded).collect());
         Plan {
-            posed: touching(model, true),
+            posed,
             springs: (0..model.joints.len()).filter(|&j| flags.spring && model.joints[j].stiffness != 0.0).collect(),
             dampers: (0..model.nv).filter(|&d| damps(d)).collect(),
             moments,
@@ -199,6 +204,7 @@ impl Plan {
             limited: (0..model.joints.len()).filter(|&j| limits && model.joints[j].range.is_some()).collect(),
             dry: (0..model.nv).filter(|&d| dry && model.dofs[d].frictionloss > 0.0).collect(),
             aligned: model.trees.iter().map(aligned).collect(),
+            balls,
             pattern: Pattern::new(with_matrix, &dof_parent),
             dof_parent,
             mounts: (0..model.bodies.len()).map(|b| mount(model, b)).collect(),
@@ -333,6 +339,23 @@ fn mocap(model: &Model) -> Vec<usize> {
 
 fn aligned(tree: &Tree) -> bool {
     tree.free.as_ref().is_some_and(|free| free.com == Vec3::zeros() && free.axes == Mat3::identity())
+}
+
+/// See [`Plan::balls`]. In: what ties hold.
+fn balls<'a>(model: &Model, posed: &[Posed], tied: impl Iterator<Item = &'a Block>) -> Vec<bool> {
+    let even = |free: &FreeBody| free.inertia == Vec3::from_element(free.inertia.x);
+    let alone = |tree: &Tree| tree.bodies.len() == 1 && tree.dofs.clone().all(|d| model.dofs[d].frictionloss == 0.0);
+    let may = |tree: &Tree| aligned(tree) && tree.free.as_ref().is_some_and(even) && alone(tree);
+    let mut balls: Vec<bool> = model.trees.iter().map(may).collect();
+    tied.for_each(|block| balls[block.tree] = false);
+    for placed in posed {
+        let (geom, tree) = (&model.geoms[placed.geom], model.bodies[placed.body].tree);
+        if let Some((tree, free)) = tree.and_then(|t| Some((t, model.trees[t].free.as_ref()?))) {
+            let spread = free.inertia.x >= 0.1 * free.mass * geom.size.x * geom.size.x;
+            balls[tree] &= placed.centred && geom.kind == GeomKind::Sphere && spread;
+        }
+    }
+    if balls.contains(&true) { balls } else { Vec::new() }
 }
 
 fn dof_parents(model: &Model) -> Vec<usize> {

@@ -310,13 +310,15 @@ const GROOVE: &str = "<geom type='box' size='.1 9 .1' pos='.2 0 .1' euler='0 -20
 
 fn compare_shortcut(law: &Law) {
     let name = law.name;
-    let general: &'static Law = Box::leak(Box::new(Law { shortcut: None, ..*law }));
+    let general: &'static Law = Box::leak(Box::new(Law { shortcut: None, balls: None, ..*law }));
     // Of one manifold, and of several.
     let (mut taken, mut asked, mut parted) = ([0, 0], [0, 0], 0);
     for (shape, condim, start) in [
         ("type='sphere' size='.1'", 3, [0.5, 0.0, 5.0, 0.0]),
         ("type='sphere' size='.1'", 6, [0.5, 0.2, 5.0, 30.0]),
         ("type='sphere' size='.1'", 4, [0.0, 0.0, 0.0, 0.0]),
+        ("type='sphere' size='.1' friction='.3 .01 .02'", 6, [1.5, 0.7, -8.0, 20.0]),
+        ("type='sphere' size='.1' friction='.3 .01 .02'", 4, [1.5, 0.7, -8.0, 20.0]),
         ("type='sphere' size='.1'", 1, [0.3, 0.0, 0.0, 0.0]),
         ("type='box' size='.1 .08 .06'", 3, [1.0, 0.5, 0.0, 0.0]),
         ("type='box' size='.1 .08 .06'", 6, [0.5, 0.0, 0.0, 0.0]),

@@ -23,6 +23,7 @@ const NO_LAW: Law = Law {
     solve: |_, _, _| panic!("a contact law ran without contacts"),
     pose: None,
     shortcut: None,
+    balls: None,
     friction: |_, mix| mix.friction,
     describe: describe::nothing,
     unlike: None,

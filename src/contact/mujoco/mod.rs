@@ -44,6 +44,7 @@ pub static LAW: Law = Law {
         }
         steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), bodies, contacts, room)
     }),
+    balls: None,
     friction: |_, mix| mix.friction,
     describe,
     unlike: None,

@@ -56,6 +56,7 @@
 //! force that is found along with it: J. Haslinger, "Approximation of the Signorini problem with friction, obeying the
 //! Coulomb law", Math. Meth. Appl. Sci. 5 (1983), 422–437.
 
+mod ball;
 pub(super) mod interior;
 pub mod residual;
 mod semismooth;
@@ -68,7 +69,7 @@ use super::island::{Island, Source};
 use super::mujoco::coefficients::inverse_mass;
 use super::newton::{self, Constraint, Stop};
 use super::per_mix::PerMix;
-use super::{Law, Lever, Task};
+use super::{Balls, Law, Lever, Task};
 use crate::data::{JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
 use crate::model::{Cone, Mix};
 use crate::state::Start;
@@ -87,6 +88,16 @@ pub static LAW: Law = Law {
     pose: Some(pose),
     shortcut: Some(|task, own, bodies, contacts, room| {
         steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), bodies, contacts, room)
+    }),
+    balls: Some(Balls {
+        has: ball::has,
+        solve: |task, own, alone, contacts, room| {
+            let coefficients = own.get::<PerMix<Coefficients>>().of(task, Coefficients::new);
+            for alone in alone {
+                let contact = &mut contacts[alone.contact];
+                room.acceleration[alone.tree] = ball::push(task, &coefficients[contact.mix as usize], alone, contact);
+            }
+        },
     }),
     friction: |_, mix| mix.friction,
     describe: |ask| Description {
