@@ -3,7 +3,7 @@
 use super::{Hit, Hits, Placed, Scratch, collider, frame};
 use crate::data::{Contact, Data};
 use crate::math::{Mat3, Vec3};
-use crate::model::{Bound, GeomKind, Model, Pair};
+use crate::model::{Bound, Model, Pair};
 
 /// Finds all contacts, in MuJoCo's order: by body pair, then by geom pair.
 ///
@@ -20,9 +20,10 @@ pub fn detect(model: &Model, data: &mut Data) {
     let near =
         if model.pairs.swept.is_empty() { Some(&model.pairs.listed) } else { broad_phase.near(model, geom_xpos) };
     let touching = near.into_iter().flatten().filter(|pair| !apart(pair, geom_xpos, geom_xmat));
+    let mut last = Framed::default();
     for pair in touching {
         counts.pairs += 1;
-        collide(model, pair, geom_xpos, geom_xmat, hits, contacts);
+        collide(model, pair, geom_xpos, geom_xmat, hits, &mut last, contacts);
         if contacts.len() > model.pairs.most_contacts {
             break;
         }
@@ -44,7 +45,46 @@ fn apart(pair: &Pair, xpos: &[Vec3], xmat: &[Mat3]) -> bool {
     }
 }
 
-fn collide(model: &Model, pair: &Pair, xpos: &[Vec3], xmat: &[Mat3], hits: &mut Hits, contacts: &mut Vec<Contact>) {
+/// The last frame that was found: that of all points of a face, and of all that lies on a plane.
+struct Framed {
+    normal: Vec3,
+    tangent: Vec3,
+    /// Whether it has tangents.
+    complete: bool,
+    frame: Mat3,
+}
+
+impl Default for Framed {
+    fn default() -> Framed {
+        Framed { normal: Vec3::zeros(), tangent: Vec3::zeros(), complete: false, frame: Mat3::zeros() }
+    }
+}
+
+impl Framed {
+    /// The frame of a hit. All six numbers are compared, whatever comes out: faster than stopping early at what hardly happens.
+    #[inline(always)]
+    fn of(&mut self, hit: &Hit, complete: bool) -> &Mat3 {
+        let same = |u: &Vec3, v: &Vec3| (u.x == v.x) & (u.y == v.y) & (u.z == v.z);
+        if !(same(&self.normal, &hit.normal) & same(&self.tangent, &hit.tangent) & (self.complete == complete)) {
+            let Hit { normal, tangent, .. } = *hit;
+            let none = Vec3::zeros().transpose();
+            let frame =
+                if complete { frame(&normal, &tangent) } else { Mat3::from_rows(&[normal.transpose(), none, none]) };
+            *self = Framed { normal, tangent, complete, frame };
+        }
+        &self.frame
+    }
+}
+
+fn collide(
+    model: &Model,
+    pair: &Pair,
+    xpos: &[Vec3],
+    xmat: &[Mat3],
+    hits: &mut Hits,
+    last: &mut Framed,
+    contacts: &mut Vec<Contact>,
+) {
     let Some(touch) = collider(pair.kind[0], pair.kind[1]) else { return };
     let placed = |g: usize| Placed { size: &model.geoms[g].size, pos: &xpos[g], mat: &xmat[g] };
     let (a, b) = (placed(pair.geom[0]), placed(pair.geom[1]));
@@ -53,25 +93,9 @@ fn collide(model: &Model, pair: &Pair, xpos: &[Vec3], xmat: &[Mat3], hits: &mut 
     touch(&a, &b, mix.margin + mix.gap, hits);
     let body = pair.geom.map(|g| model.bodies[model.geoms[g].body].weld as u32);
     let geom = pair.geom.map(|g| g as u32);
-    let flat = pair.kind[0] == GeomKind::Plane;
-    let (mut last, mut axes) = (None, Mat3::zeros());
-    contacts.extend(hits.as_slice().iter().map(|hit| {
-        // Points of one plane share their frame.
-        if last.is_none_or(|last| !flat && !same_frame(last, hit)) {
-            axes = if mix.condim > 1 {
-                frame(&hit.normal, &hit.tangent)
-            } else {
-                Mat3::from_rows(&[hit.normal.transpose(), Vec3::zeros().transpose(), Vec3::zeros().transpose()])
-            };
-            last = Some(hit);
-        }
-        let (Hit { dist, pos, feature, .. }, mix) = (*hit, pair.mix as u32);
-        Contact { geom, body, mix, feature, dist, pos, frame: axes, force: [0.0; 6] }
-    }));
-}
-
-/// All six numbers are compared, whatever comes out: faster than stopping early at what hardly happens.
-fn same_frame(a: &Hit, b: &Hit) -> bool {
-    let same = |u: &Vec3, v: &Vec3| (u.x == v.x) & (u.y == v.y) & (u.z == v.z);
-    same(&a.normal, &b.normal) & same(&a.tangent, &b.tangent)
+    for hit in hits.as_slice() {
+        let frame = *last.of(hit, mix.condim > 1);
+        let Hit { dist, pos, feature, .. } = *hit;
+        contacts.push(Contact { geom, body, mix: pair.mix as u32, feature, dist, pos, frame, force: [0.0; 6] });
+    }
 }

@@ -3,7 +3,7 @@
 use super::disjoint_sets::DisjointSets;
 use super::free_bodies::FreeBodies;
 use super::ties;
-use crate::data::{Contact, Data};
+use crate::data::Data;
 use crate::model::{Mix, Model};
 
 /// Which trees constraints hold together.
@@ -127,21 +127,21 @@ impl Islands {
         alone.clear();
         touched.clear();
         touched.resize(model.trees.len(), 0);
-        let trees = |c: &Contact| c.body.map(|b| model.bodies[b as usize].tree);
-        let pushing = || data.contacts.iter().enumerate().filter(|(_, c)| c.pushes(model));
-        for (_, c) in pushing() {
-            trees(c).into_iter().flatten().for_each(|t| touched[t] += 1);
-        }
-        for (contact, c) in pushing() {
-            let (tree, side) = match trees(c) {
+        for (contact, c) in data.contacts.iter().enumerate().filter(|(_, c)| c.pushes(model)) {
+            let (tree, side) = match c.body.map(|b| model.bodies[b as usize].tree) {
                 [Some(tree), None] => (tree, 0),
                 [None, Some(tree)] => (tree, 1),
-                _ => continue,
+                both => {
+                    both.into_iter().flatten().for_each(|t| touched[t] += 1);
+                    continue;
+                }
             };
-            if data.plan.balls[tree] && touched[tree] == 1 && may(&model.mixes[c.mix as usize]) {
+            touched[tree] += 1;
+            if touched[tree] == 1 && data.plan.balls[tree] && may(&model.mixes[c.mix as usize]) {
                 alone.push(Alone { tree, contact, side });
             }
         }
+        alone.retain(|ball| touched[ball.tree] == 1);
     }
 
     /// Finds the islands: trees joined by contacts that push, and by ties.
