@@ -13,6 +13,8 @@ use penny::sensors;
 use penny::state::State;
 use serde::Deserialize;
 
+use crate::sim::Sim;
+
 type Numbers = BTreeMap<String, Vec<f64>>;
 
 /// A scene as tests/golden/topics/scenes.py writes it.
@@ -268,4 +270,18 @@ fn equalities_are_mujocos() {
 #[test]
 fn friction_without_slip_is_mujocos() {
     check(include_str!("../golden/noslip.json"));
+}
+
+/// Two motors on a tendon, one with a range of its own: the tendon's comes first, as in MuJoCo 4.0.0.
+#[test]
+fn a_tendon_bounds_its_actuators_before_their_own_ranges_do() {
+    let mut sim = Sim::law(
+        r#"<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+        <tendon><fixed name="t" actuatorfrcrange="-2 3"><joint joint="j" coef="1"/></fixed></tendon>
+        <actuator><motor tendon="t" forcerange="-1 1"/><motor tendon="t"/></actuator></mujoco>"#,
+        "mujoco",
+    );
+    sim.state.ctrl = vec![5.0, 5.0];
+    sim.step();
+    assert_eq!(sim.data.actuator_force, [1.0, 1.5]);
 }
