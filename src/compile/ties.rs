@@ -45,6 +45,11 @@ fn tendon(world: &World, names: &Passed, t: &spec::Tendon, spec: &Spec, log: &mu
     if let Some([low, high]) = actfrcrange.filter(|[low, high]| low >= high) {
         let help = "give the smaller number first";
         log.value_error(t.node, "actuatorfrcrange", ProblemKind::RangeEmpty { low, high }, help);
+    } else if let Some([low, high]) = actfrcrange.filter(|[low, high]| *low > 0.0 || *high < 0.0) {
+        // The forces of all its actuators are scaled into it, which no factor does that keeps their directions.
+        let (rule, word) = ("a range with 0 in it".into(), format!("{low} {high}"));
+        let problem = ProblemKind::OutOfRange { attribute: "actuatorfrcrange".into(), rule, word };
+        log.value_error(t.node, "actuatorfrcrange", problem, "MuJoCo refuses it, too");
     }
     Tendon {
         name: t.name.clone().unwrap_or_default(),

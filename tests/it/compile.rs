@@ -469,3 +469,24 @@ fn actuators_of_other_classes_are_taken_as_by_mujoco() {
     // Like a damper, adhesion asks for a range, of all in its class.
     assert!(refused(r#"<adhesion gain="2"/>"#, "motor") && !refused(r#"<adhesion ctrlrange="0 1"/>"#, "motor"));
 }
+
+/// Ranges that MuJoCo 4.0.0 refuses, and one that it takes against what is written.
+#[test]
+fn ranges_without_their_meaning_are_refused() {
+    let scene = |tendon: &str, actuator: &str| {
+        format!(
+            r#"<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+            <tendon><fixed name="t" {tendon}><joint joint="j" coef="1"/></fixed></tendon>
+            <actuator><intvelocity tendon="t" {actuator}/></actuator></mujoco>"#
+        )
+    };
+    let refused = |tendon: &str, actuator: &str| penny::parse("range.xml", &scene(tendon, actuator)).is_err();
+    for range in ["0.5 1", "-2 -1"] {
+        assert!(refused(&format!(r#"actuatorfrcrange="{range}""#), ""));
+        assert!(!refused(&format!(r#"actuatorfrcrange="{range}" actuatorfrclimited="false""#), ""));
+    }
+    assert!(!refused(r#"actuatorfrcrange="0 1""#, "") && !refused(r#"actuatorfrcrange="-1 0""#, ""));
+    // There the activation would be limited all the same.
+    assert!(refused("", r#"actrange="-1 1" actlimited="false""#));
+    assert!(!refused("", r#"actrange="-1 1" actlimited="true""#) && !refused("", r#"actlimited="false""#));
+}
