@@ -285,3 +285,20 @@ fn a_tendon_bounds_its_actuators_before_their_own_ranges_do() {
     sim.step();
     assert_eq!(sim.data.actuator_force, [1.0, 1.5]);
 }
+
+/// A force sensor on the world gives what holds an arm to it, and not what rests on its floor.
+#[test]
+fn the_world_bears_what_hangs_on_it() {
+    let mut sim = Sim::law(
+        r#"<mujoco><worldbody><site name="wall" pos="0 0 1"/><geom type="plane" size="1 1 1"/>
+        <body pos="0 0 1"><joint axis="0 1 0" damping="1e6"/><geom type="box" size=".1 .1 .1" pos=".5 0 0" mass="2"/></body>
+        <body pos="0 0.5 0.0999"><freejoint/><geom size=".1" mass="7"/></body></worldbody>
+        <sensor><force site="wall"/><torque site="wall"/></sensor></mujoco>"#,
+        "mujoco",
+    );
+    sim.run(0.1);
+    assert!(!sim.data.contacts.is_empty());
+    // MuJoCo 4.0.0 has this force, too. Its torque mixes the centres of mass of the trees: here 7.63 −2.18 0.
+    let mujoco = [0.0, 0.0, 19.62, 0.0, -9.81, 0.0];
+    close("force and torque", &sim.data.sensordata, &mujoco, 1e-4);
+}
