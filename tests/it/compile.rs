@@ -490,3 +490,18 @@ fn ranges_without_their_meaning_are_refused() {
     assert!(refused("", r#"actrange="-1 1" actlimited="false""#));
     assert!(!refused("", r#"actrange="-1 1" actlimited="true""#) && !refused("", r#"actlimited="false""#));
 }
+
+/// A body without geoms in a frame, which `boundmass` makes heavy: where, as MuJoCo 4.0.0 has it.
+#[test]
+fn mass_by_boundmass_is_where_mujoco_has_it() {
+    let xml = r#"<mujoco><compiler boundmass="2" boundinertia=".1"/><worldbody>
+        <frame pos="1 2 3" euler="0 0 90"><body pos=".1 .2 .3" euler="90 0 0"><joint/></body></frame></worldbody></mujoco>"#;
+    let model = model("boundmass", xml);
+    let body = &model.bodies[1];
+    assert_eq!((body.mass, body.ipos), (2.0, Vector3::new(0.1, 0.2, 0.3)));
+    let turned = penny::math::wxyz(&body.iquat);
+    assert!(
+        turned.iter().zip([0.5f64.sqrt(), 0.5f64.sqrt(), 0.0, 0.0]).all(|(f, m)| (f - m).abs() < 1e-15),
+        "{turned:?}"
+    );
+}
