@@ -126,9 +126,10 @@ pub fn rates(model: &Model, state: &State, data: &mut Data) {
     }
 }
 
-/// Moves the activations along their rates for a time h.
+/// Moves the activations along their rates for a time h. Where actuation is disabled they stay what they are, even beyond
+/// their range.
 pub fn advance(model: &Model, act_dot: &[f64], h: f64, act: &mut [f64]) {
-    if act.is_empty() {
+    if act.is_empty() || !model.opt.flags.actuation {
         return;
     }
     for actuator in &model.actuators {
@@ -297,8 +298,11 @@ fn clear_common(dof_parent: &[usize], a: usize, b: usize, row: &mut [f64]) {
     }
 }
 
-/// ∂length/∂q · q̇
+/// ∂length/∂q · q̇; 0 where actuation is disabled, as in MuJoCo.
 pub fn velocity(model: &Model, state: &State, data: &Data, i: usize) -> f64 {
+    if !model.opt.flags.actuation {
+        return 0.0;
+    }
     let product = |row: &[f64], v: &[f64]| row.iter().zip(v).map(|(g, v)| g * v).sum();
     match data.plan.moments[i] {
         Some(at) => product(&data.moments[at..at + model.nv], &state.qvel),

@@ -302,3 +302,19 @@ fn the_world_bears_what_hangs_on_it() {
     let mujoco = [0.0, 0.0, 19.62, 0.0, -9.81, 0.0];
     close("force and torque", &sim.data.sensordata, &mujoco, 1e-4);
 }
+
+/// Disabled actuators have no velocity, and their activations stay where they are, as in MuJoCo 4.0.0.
+#[test]
+fn disabled_actuators_do_nothing() {
+    let mut sim = Sim::law(
+        r#"<mujoco><option><flag actuation="disable"/></option>
+        <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+        <actuator><motor name="m" joint="j" gear="2"/>
+        <general joint="j" dyntype="integrator" actrange="-.1 .1"/></actuator>
+        <sensor><actuatorpos actuator="m"/><actuatorvel actuator="m"/></sensor></mujoco>"#,
+        "mujoco",
+    );
+    (sim.state.qpos, sim.state.qvel, sim.state.act) = (vec![0.3], vec![1.0], vec![0.7]);
+    sim.step();
+    assert_eq!((&sim.data.sensordata[..], &sim.state.act[..]), (&[0.6, 0.0][..], &[0.7][..]));
+}
