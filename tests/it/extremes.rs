@@ -382,3 +382,38 @@ fn what_moves_nothing_up_to_rounding_does_nothing() {
     sim.run(0.1);
     assert!(sim.data.ties.is_empty());
 }
+
+/// A wheel on an axle that is pressed onto the ground: the normal force moves nothing, up to rounding or the last digits of a
+/// drawing, and friction stops the wheel. (It was 1e16 N, and beside it the wheel turned to and fro for ever.)
+#[test]
+fn a_wheel_that_is_pressed_onto_the_ground_stands() {
+    for frame in ["", r#"pos=".37 .21 .13" euler="13 27 41""#] {
+        for miss in ["0", "1e-9", "1e-6", "1e-5"] {
+            let text = format!(
+                r#"<mujoco><option gravity="0 0 0"/><worldbody><frame {frame}><geom type="plane" size="1 1 1"/>
+                <body pos=".123 .456 .19"><joint axis="0 1 0"/><geom size=".2" pos="{miss} 0 0"/></body></frame></worldbody></mujoco>"#
+            );
+            let mut sim = Sim::law(&text, "penalty");
+            sim.state.qvel[0] = 1.0;
+            for _ in 0..50 {
+                sim.step();
+                assert!(sim.state.qvel[0].abs() < 1e-3, "{miss} {frame}: {} at {}", sim.state.qvel[0], sim.state.time);
+            }
+        }
+    }
+}
+
+/// An ellipsoid on a hinge through its centre, wedged against a box: friction has the longer arm, so that the normal force cannot push
+/// it out. (It was 1e13 N, and the ellipsoid had 1.6 MJ after a step.)
+#[test]
+fn what_is_wedged_stays() {
+    let mut sim = Sim::law(
+        r#"<mujoco><option gravity="0 0 0"/><worldbody><geom type="box" size=".0912 .0673 .1319" pos="0.0511 -0.1041 -0.2645" quat="-0.0773 0.2236 0.9269 -0.2914"/>
+        <body><joint/><geom type="ellipsoid" size=".1803 .0636 .1676"/></body></worldbody></mujoco>"#,
+        "penalty",
+    );
+    for _ in 0..50 {
+        sim.step();
+        assert!(!sim.data.contacts.is_empty() && sim.state.qvel[0].abs() < 1e-3, "{}", sim.state.qvel[0]);
+    }
+}
