@@ -480,7 +480,8 @@ impl<'a> Reader<'a> {
             forcerange: item.optional("forcerange"),
             forcelimited: item.maybe("forcelimited"),
             actrange: item.optional("actrange"),
-            actlimited: item.maybe("actlimited"),
+            // MuJoCo switches this off for `general` only.
+            actlimited: item.maybe("actlimited").filter(|limited| *limited || element == "general"),
             activation,
             actearly: item.yes("actearly"),
             gain,

@@ -486,6 +486,19 @@ fn ranges_without_their_meaning_are_refused() {
         assert!(!refused(&format!(r#"actuatorfrcrange="{range}" actuatorfrclimited="false""#), ""));
     }
     assert!(!refused(r#"actuatorfrcrange="0 1""#, "") && !refused(r#"actuatorfrcrange="-1 0""#, ""));
+    // Only a `general` can be unlimited against its range.
+    let unlimited = |class: &str, actuator: &str| {
+        let xml = format!(
+            r#"<mujoco><default>{class}</default><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+            <actuator><{actuator} joint="j"/></actuator></mujoco>"#
+        );
+        model("unlimited", &xml).actuators[0].actrange.is_none()
+    };
+    let general = r#"<general actrange="-1 1" actlimited="false"/>"#;
+    let shortcut = r#"<intvelocity actrange="-1 1" actlimited="false"/>"#;
+    let filter = r#"general dyntype="filter""#;
+    assert!(unlimited(general, filter) && !unlimited(general, "cylinder"));
+    assert!(!unlimited(shortcut, filter) && !unlimited(shortcut, "cylinder") && !unlimited(shortcut, "intvelocity"));
     // There the activation would be limited all the same.
     assert!(refused("", r#"actrange="-1 1" actlimited="false""#));
     assert!(!refused("", r#"actrange="-1 1" actlimited="true""#) && !refused("", r#"actlimited="false""#));
