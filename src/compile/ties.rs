@@ -217,6 +217,18 @@ pub fn fill(model: &mut Model, spec: &Spec) {
     parts.equalities.iter_mut().zip(kinds).for_each(|(e, kind)| e.kind = kind);
 }
 
+/// Finds the lengths of tendons at `qpos0` anew.
+pub fn measure(model: &mut Model) {
+    if model.tendons.is_empty() {
+        return;
+    }
+    let mut data = Data::new(model);
+    let qpos0 = model.qpos0.clone();
+    dynamics::kinematics(model, &qpos0, &mut data);
+    tendon::tendons(model, &qpos0, &vec![0.0; model.nv], &mut data);
+    model.parts_mut().tendons.iter_mut().zip(&data.ten_length).for_each(|(t, length)| t.length0 = *length);
+}
+
 fn placed(model: &Model, data: &Data, kind: EqualityKind, spec: &spec::EqualityKind) -> EqualityKind {
     let spec::EqualityKind::Bodies { weld, .. } = spec else { return kind };
     // The frame of an anchor in a body.

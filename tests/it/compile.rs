@@ -518,3 +518,34 @@ fn mass_by_boundmass_is_where_mujoco_has_it() {
         "{turned:?}"
     );
 }
+
+/// What follows from axes and places of joints, and from what a tendon runs over, is found anew where they are changed.
+#[test]
+fn an_edited_scene_has_the_numbers_of_a_fresh_one() {
+    let scene = |axis: &str, anchor: &str, site: &str, radius: f64| {
+        let xml = format!(
+            r#"<mujoco><worldbody><site name="w" pos="0 0 2"/><geom name="drum" size="{radius}" pos=".1 .1 1.6"/>
+            <body pos="0 0 1"><joint axis="{axis}" pos="{anchor}"/><geom type="box" size=".1 .2 .3" pos=".2 .1 0"/>
+            <body pos=".3 0 .2"><joint axis="1 0 0"/><geom size=".1" pos=".1 .1 0"/><site name="s" pos="{site}"/></body></body>
+            </worldbody><tendon><spatial name="t" armature="0"><site site="w"/><geom geom="drum"/><site site="s"/></spatial></tendon></mujoco>"#
+        );
+        model("edited", &xml)
+    };
+    let numbers = |model: &Model| {
+        let tendon = &model.tendons[0];
+        let dofs = model.dofs.iter().map(|d| d.invweight0);
+        let bodies = model.bodies.iter().flat_map(|b| b.invweight0);
+        [tendon.length0, tendon.invweight0].into_iter().chain(dofs).chain(bodies).collect::<Vec<f64>>()
+    };
+    let fresh = numbers(&scene("0 .6 .8", ".1 0 .05", ".3 .1 .2", 0.2));
+    let mut edited = scene("0 0 1", "0 0 0", ".1 0 0", 0.1);
+    edited
+        .edit(|m| {
+            (m.joints[0].axis, m.joints[0].pos) = (Vector3::new(0.0, 0.6, 0.8), Vector3::new(0.1, 0.0, 0.05));
+            m.sites[1].pos = Vector3::new(0.3, 0.1, 0.2);
+            m.geoms[0].size.x = 0.2;
+        })
+        .expect("a change");
+    let found = numbers(&edited);
+    assert!(found.iter().zip(&fresh).all(|(f, g)| (f - g).abs() < 1e-12 * g.abs().max(1.0)), "{found:?}\n{fresh:?}");
+}
