@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import os
 
 import numpy as np
@@ -62,8 +63,17 @@ class Simulation:
         return self
 
     def run(self, seconds: float) -> Simulation:
-        """As many timesteps as come nearest to that time."""
-        return self.step(round(seconds / self.model.opt.timestep))
+        """As many timesteps as come nearest to that time.
+
+        Errors: `ValueError` for a time below 0, or one without a step.
+        """
+        timestep = self.model.opt.timestep
+        if not 0 <= seconds < math.inf:
+            raise ValueError(f"a run takes a time from 0 s on, not {seconds}")
+        steps = round(seconds / timestep)
+        if seconds > 0 and steps == 0:
+            raise ValueError(f"{seconds:g} s are less than half a timestep of {timestep:g} s: nothing would move")
+        return self.step(steps)
 
     def forward(self) -> Simulation:
         """Poses, contacts, forces, accelerations and sensors of the state as it is; nothing moves."""
@@ -189,7 +199,7 @@ class Trajectory:
     SHOTS = 5
 
     def __init__(self, sim: Simulation, seconds: float, every: int = 1):
-        if seconds < 0 or every < 1:
+        if not 0 <= seconds < math.inf or every < 1:
             raise ValueError("a trajectory has no negative time, and a state every step or more")
         steps = round(seconds / sim.model.opt.timestep) // every
         rows: list[tuple] = []

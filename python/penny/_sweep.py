@@ -95,8 +95,14 @@ def sweep(
     In: `scene` as for `Simulation.of`; `grid`, values by name, see `set_parameter`; `time`, s; `measure`, what is
     written down of each run at its end, a dictionary; `executor`, `out`, `resume`, see `penny._pieces.run`; `piece`,
     runs that go to a worker together. Out: the settings, `failed` (why a run stopped, else empty), and what was
-    measured. The result is the same, bit for bit, whatever the executor.
+    measured. The result is the same, bit for bit, whatever the executor. Errors: `ValueError` where a name has no
+    list of values, or an empty one.
     """
+    for name, values in grid.items():
+        if np.isscalar(values):
+            raise ValueError(f"'{name}' takes a list of values: [{values!r}], not {values!r}")
+        if len(values) == 0:
+            raise ValueError(f"'{name}' has no values: nothing would be run")
     settings = [dict(zip(grid, values)) for values in itertools.product(*grid.values())]
     portable = _portable(scene)
     groups = [settings[i : i + piece] for i in range(0, len(settings), piece)]

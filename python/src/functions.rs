@@ -16,7 +16,34 @@ use crate::data::{Core, MjData, step_error};
 use crate::model::MjModel;
 use crate::values::fill;
 
-type Real<'py> = Bound<'py, PyArrayDyn<f64>>;
+/// An array that a function writes its result into.
+pub struct Out<'py, T: numpy::Element = f64>(Bound<'py, PyArrayDyn<T>>);
+
+impl<'py, T: numpy::Element> FromPyObject<'_, 'py> for Out<'py, T> {
+    type Error = PyErr;
+
+    /// Errors: `TypeError` that says what kind of array it has to be; NumPy's own calls one array no instance of the other.
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        given.cast::<PyArrayDyn<T>>().map(|array| Out(array.to_owned())).map_err(|_| {
+            let right = numpy::dtype::<T>(given.py());
+            let is = match given.getattr("dtype") {
+                Ok(dtype) => format!("an array of {dtype}"),
+                Err(_) => given.get_type().to_string(),
+            };
+            PyTypeError::new_err(format!("the result is written into a NumPy array of {right}, which {is} is not"))
+        })
+    }
+}
+
+impl<'py, T: numpy::Element> std::ops::Deref for Out<'py, T> {
+    type Target = Bound<'py, PyArrayDyn<T>>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+type Real<'py> = Out<'py>;
 type Given<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 
 /// So many numbers, whatever the shape.
@@ -241,22 +268,22 @@ pub fn mj_id2name(m: &Bound<MjModel>, r#type: i64, id: i64) -> PyResult<Option<S
 
 /// The inertia matrix, (nv, nv), into `dst`.
 #[pyfunction]
-pub fn mj_fullM(m: &Bound<MjModel>, d: &Bound<MjData>, dst: &Real) -> PyResult<()> {
+pub fn mj_fullM(m: &Bound<MjModel>, d: &Bound<MjData>, dst: Real) -> PyResult<()> {
     let (data, nv) = (d.try_borrow()?, m.try_borrow()?.model.nv);
     if dst.shape() != [nv, nv] {
         return Err(PyTypeError::new_err(format!("dst should be of shape ({nv}, {nv}), not {:?}", dst.shape())));
     }
-    fill("dst", dst, &quantities::inertia_matrix(&data.core.model, &data.core.data))
+    fill("dst", &dst, &quantities::inertia_matrix(&data.core.model, &data.core.data))
 }
 
 /// res = M vec
 #[pyfunction]
-pub fn mj_mulM(m: &Bound<MjModel>, d: &Bound<MjData>, res: &Real, vec: Given) -> PyResult<()> {
+pub fn mj_mulM(m: &Bound<MjModel>, d: &Bound<MjData>, res: Real, vec: Given) -> PyResult<()> {
     let (data, nv) = (d.try_borrow()?, m.try_borrow()?.model.nv);
     let v = numbers("vec", &vec, nv)?;
     let matrix = quantities::inertia_matrix(&data.core.model, &data.core.data);
     let product: Vec<f64> = matrix.chunks(nv.max(1)).map(|row| row.iter().zip(&v).map(|(a, b)| a * b).sum()).collect();
-    fill("res", res, &product)
+    fill("res", &res, &product)
 }
 
 /// Jacobian of a point of a body: rows of the linear part, rows of the angular part, each (3, nv).
@@ -272,14 +299,14 @@ fn jacobian(core: &Core, body: usize, point: &Vec3) -> [Vec<f64>; 2] {
     [linear, angular]
 }
 
-fn give_jacobian(core: &Core, rows: [(&str, Option<&Real>); 2], body: usize, point: &Vec3) -> PyResult<()> {
+fn give_jacobian(core: &Core, rows: [(&str, Option<Real>); 2], body: usize, point: &Vec3) -> PyResult<()> {
     let nv = core.model.nv;
     for ((name, to), values) in rows.into_iter().zip(jacobian(core, body, point)) {
         if let Some(to) = to {
             if to.shape() != [3, nv] {
                 return Err(PyTypeError::new_err(format!("{name} should be of shape (3, nv), not {:?}", to.shape())));
             }
-            fill(name, to, &values)?;
+            fill(name, &to, &values)?;
         }
     }
     Ok(())
@@ -290,8 +317,8 @@ fn give_jacobian(core: &Core, rows: [(&str, Option<&Real>); 2], body: usize, poi
 pub fn mj_jac(
     m: &Bound<MjModel>,
     d: &Bound<MjData>,
-    jacp: Option<&Real>,
-    jacr: Option<&Real>,
+    jacp: Option<Real>,
+    jacr: Option<Real>,
     point: Given,
     body: isize,
 ) -> PyResult<()> {
@@ -306,8 +333,8 @@ pub fn mj_jac(
 pub fn mj_jacBody(
     m: &Bound<MjModel>,
     d: &Bound<MjData>,
-    jacp: Option<&Real>,
-    jacr: Option<&Real>,
+    jacp: Option<Real>,
+    jacr: Option<Real>,
     body: isize,
 ) -> PyResult<()> {
     let data = d.try_borrow()?;
@@ -320,8 +347,8 @@ pub fn mj_jacBody(
 pub fn mj_jacBodyCom(
     m: &Bound<MjModel>,
     d: &Bound<MjData>,
-    jacp: Option<&Real>,
-    jacr: Option<&Real>,
+    jacp: Option<Real>,
+    jacr: Option<Real>,
     body: isize,
 ) -> PyResult<()> {
     let data = d.try_borrow()?;
@@ -335,8 +362,8 @@ pub fn mj_jacBodyCom(
 pub fn mj_jacGeom(
     m: &Bound<MjModel>,
     d: &Bound<MjData>,
-    jacp: Option<&Real>,
-    jacr: Option<&Real>,
+    jacp: Option<Real>,
+    jacr: Option<Real>,
     geom: isize,
 ) -> PyResult<()> {
     let data = d.try_borrow()?;
@@ -350,8 +377,8 @@ pub fn mj_jacGeom(
 pub fn mj_jacSite(
     m: &Bound<MjModel>,
     d: &Bound<MjData>,
-    jacp: Option<&Real>,
-    jacr: Option<&Real>,
+    jacp: Option<Real>,
+    jacr: Option<Real>,
     site: isize,
 ) -> PyResult<()> {
     let data = d.try_borrow()?;
@@ -362,7 +389,7 @@ pub fn mj_jacSite(
 
 /// Jacobian of the centre of mass of a body and all that hangs on it: `jacp` (3, nv).
 #[pyfunction]
-pub fn mj_jacSubtreeCom(m: &Bound<MjModel>, d: &Bound<MjData>, jacp: &Real, body: isize) -> PyResult<()> {
+pub fn mj_jacSubtreeCom(m: &Bound<MjModel>, d: &Bound<MjData>, jacp: Real, body: isize) -> PyResult<()> {
     let (data, nv) = (d.try_borrow()?, m.try_borrow()?.model.nv);
     let Core { model, data: engine, .. } = &data.core;
     let top = index("body", body, model.bodies.len())?;
@@ -381,15 +408,15 @@ pub fn mj_jacSubtreeCom(m: &Bound<MjModel>, d: &Bound<MjData>, jacp: &Real, body
             (0..3).for_each(|i| sum[i * nv + d] += share * column[i]);
         });
     }
-    fill("jacp", jacp, &sum)
+    fill("jacp", &jacp, &sum)
 }
 
 /// Force and torque of a contact in its frame: normal, two tangential (N), torsional, two rolling (N m).
 #[pyfunction]
-pub fn mj_contactForce(m: &Bound<MjModel>, d: &Bound<MjData>, id: isize, result: &Real) -> PyResult<()> {
+pub fn mj_contactForce(m: &Bound<MjModel>, d: &Bound<MjData>, id: isize, result: Real) -> PyResult<()> {
     let (data, _) = (d.try_borrow()?, m.try_borrow()?);
     let contact = data.contact_at(id)?;
-    fill("result", result, &crate::contact::force(&data.core, contact))
+    fill("result", &result, &crate::contact::force(&data.core, contact))
 }
 
 /// Adds to `qfrc_target` (nv) what a force (N) and a torque (N m) at a point of a body exert along the dofs.
@@ -401,7 +428,7 @@ pub fn mj_applyFT(
     torque: Given,
     point: Given,
     body: isize,
-    qfrc_target: &Real,
+    qfrc_target: Real,
 ) -> PyResult<()> {
     let (data, m) = (d.try_borrow()?, m.try_borrow()?);
     let body = index("body", body, m.model.bodies.len())?;
@@ -413,7 +440,7 @@ pub fn mj_applyFT(
         return Err(PyTypeError::new_err(format!("qfrc_target should have nv = {} numbers", m.model.nv)));
     }
     dynamics::each_column(&data.core.model, &data.core.data, body, &point?, |d, column| sum[d] += column.dot(&wrench));
-    fill("qfrc_target", qfrc_target, &sum)
+    fill("qfrc_target", &qfrc_target, &sum)
 }
 
 /// Body, place and orientation of a body, geom or site.
@@ -446,7 +473,7 @@ pub fn mj_objectVelocity(
     d: &Bound<MjData>,
     objtype: i64,
     objid: isize,
-    res: &Real,
+    res: Real,
     flg_local: i64,
 ) -> PyResult<()> {
     let (data, _) = (d.try_borrow()?, m.try_borrow()?);
@@ -458,24 +485,24 @@ pub fn mj_objectVelocity(
     if flg_local != 0 {
         (v, w) = (axes.inverse() * v, axes.inverse() * w);
     }
-    fill("res", res, &[w.x, w.y, w.z, v.x, v.y, v.z])
+    fill("res", &res, &[w.x, w.y, w.z, v.x, v.y, v.z])
 }
 
 /// Moves `qpos` (nq) along the velocity `qvel` (nv) for a time `dt`, s.
 #[pyfunction]
-pub fn mj_integratePos(m: &Bound<MjModel>, qpos: &Real, qvel: Given, dt: f64) -> PyResult<()> {
+pub fn mj_integratePos(m: &Bound<MjModel>, qpos: Real, qvel: Given, dt: f64) -> PyResult<()> {
     let m = m.try_borrow()?;
     let (mut q, v) = (qpos.to_vec()?, numbers("qvel", &qvel, m.model.nv)?);
     if q.len() != m.model.nq {
         return Err(PyTypeError::new_err(format!("qpos should have nq = {} numbers, not {}", m.model.nq, q.len())));
     }
     integrate::displace(&m.model, &mut q, &v, dt);
-    fill("qpos", qpos, &q)
+    fill("qpos", &qpos, &q)
 }
 
 /// The velocity (nv) that leads from `qpos1` to `qpos2` (nq) in a time `dt`, s, into `qvel`.
 #[pyfunction]
-pub fn mj_differentiatePos(m: &Bound<MjModel>, qvel: &Real, dt: f64, qpos1: Given, qpos2: Given) -> PyResult<()> {
+pub fn mj_differentiatePos(m: &Bound<MjModel>, qvel: Real, dt: f64, qpos1: Given, qpos2: Given) -> PyResult<()> {
     let m = m.try_borrow()?;
     let (a, b) = (numbers("qpos1", &qpos1, m.model.nq)?, numbers("qpos2", &qpos2, m.model.nq)?);
     let mut v = vec![0.0; m.model.nv];
@@ -493,12 +520,12 @@ pub fn mj_differentiatePos(m: &Bound<MjModel>, qvel: &Real, dt: f64, qpos1: Give
             }
         }
     }
-    fill("qvel", qvel, &v)
+    fill("qvel", &qvel, &v)
 }
 
 /// Makes all quaternions of `qpos` (nq) unit quaternions.
 #[pyfunction]
-pub fn mj_normalizeQuat(m: &Bound<MjModel>, qpos: &Real) -> PyResult<()> {
+pub fn mj_normalizeQuat(m: &Bound<MjModel>, qpos: Real) -> PyResult<()> {
     let m = m.try_borrow()?;
     let mut q = qpos.to_vec()?;
     if q.len() != m.model.nq {
@@ -509,7 +536,7 @@ pub fn mj_normalizeQuat(m: &Bound<MjModel>, qpos: &Real) -> PyResult<()> {
         let unit = wxyz(&quat(&q[at..at + 4]));
         q[at..at + 4].copy_from_slice(&unit);
     }
-    fill("qpos", qpos, &q)
+    fill("qpos", &qpos, &q)
 }
 
 /// Mass of all bodies, kg.
@@ -561,7 +588,7 @@ pub fn mj_ray(
     geomgroup: Option<Given>,
     flg_static: &Bound<PyAny>,
     bodyexclude: i64,
-    geomid: Option<&Bound<PyArrayDyn<i32>>>,
+    geomid: Option<Out<i32>>,
     normal: Option<&Bound<PyAny>>,
 ) -> PyResult<f64> {
     if normal.is_some() {

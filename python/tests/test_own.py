@@ -100,6 +100,29 @@ def test_a_sweep_says_what_is_wrong_with_it():
     assert "ValueError: no contact law 'penaltie'" in said, said
 
 
+def test_values_are_a_list_and_there_are_some():
+    for values, said in (("penalty", r"takes a list of values: \['penalty'\]"), ([], "has no values")):
+        with pytest.raises(ValueError, match=said):
+            penny.sweep(CIRCLE, {"law": values})
+
+
+def test_a_run_takes_a_time_that_has_a_step():
+    sim = penny.Simulation.from_path(CIRCLE)
+    assert sim.run(0).time == 0 and sim.run(0.6 * sim.model.opt.timestep).time > 0
+    for seconds, said in ((-1, "not -1"), (float("nan"), "not nan"), (1e-9, "less than half a timestep")):
+        with pytest.raises(ValueError, match=said):
+            sim.run(seconds)
+
+
+def test_results_go_into_arrays_of_the_right_kind():
+    m = penny.MjModel.from_xml_path(CIRCLE)
+    d = penny.MjData(m)
+    with pytest.raises(TypeError, match="a NumPy array of float64, which an array of float32 is not"):
+        penny.mj_jac(m, d, np.zeros((3, m.nv), np.float32), None, [0, 0, 0], 1)
+    with pytest.raises(TypeError, match="a NumPy array of int32, which an array of int64 is not"):
+        penny.mj_ray(m, d, [0, 0, 3], [0, 0, -1], None, 1, -1, np.zeros(1, np.int64))
+
+
 def test_what_contacts_mean():
     m = penny.MjModel.from_xml_path(MODELS / "point_mass.xml")
     m.opt.law = "tutorial"

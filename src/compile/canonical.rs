@@ -166,7 +166,8 @@ impl Writer<'_> {
         let document = self.document;
         let name = &*document.node(node).name;
         match name {
-            "replicate" => return self.children(node, name, context, depth),
+            // What stands in it is an element of what it stands in.
+            "replicate" => return self.children(node, parent, context, depth),
             "frame" => {
                 let values = self.values(node, parent, context.class);
                 let frames: Vec<Pose> = context.frames.iter().cloned().chain([pose(&values)]).collect();

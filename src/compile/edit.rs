@@ -39,8 +39,8 @@ fn invalid<T>(what: impl Into<String>) -> Result<T, Invalid> {
 impl Model {
     /// Changes numbers of the scene; the next step takes them up, under every law.
     ///
-    /// What follows from what was changed is found anew: free bodies from the masses of their bodies, `invweight0`, the
-    /// parameters of contacts from those of geoms (a `<pair>` keeps its own), bounding spheres, what a step needs. What is derived
+    /// What follows from what was changed is found anew: free bodies from the masses of their bodies, `invweight0`, lengths of tendons at
+    /// `qpos0`, the parameters of contacts from those of geoms (a `<pair>` keeps its own), bounding spheres, what a step needs. What is derived
     /// but changed directly (`mixes`, `invweight0`) stays until what it is derived from changes.
     ///
     ///     model.edit(|m| m.opt.gravity.z = -1.62)?;
@@ -104,9 +104,17 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
     let inert = |m: &Parts| m.tendons.iter().map(|t| t.armature).collect::<Vec<_>>();
     let heavy = |m: &Parts| {
         let bodies = m.bodies.iter().map(|b| (b.mass, b.inertia, b.ipos, b.iquat, b.pos, b.quat));
-        (bodies.collect::<Vec<_>>(), m.dofs.iter().map(|d| d.armature).collect::<Vec<_>>(), m.qpos0.clone(), inert(m))
+        let joints = m.joints.iter().map(|j| (j.pos, j.axis));
+        let armatures = m.dofs.iter().map(|d| d.armature).collect::<Vec<_>>();
+        (bodies.collect::<Vec<_>>(), joints.collect::<Vec<_>>(), armatures, m.qpos0.clone(), inert(m))
     };
-    let same = heavy(parts) == heavy(before);
+    // What tendons run over.
+    let strung = |m: &Parts| {
+        let sites = m.sites.iter().map(|s| (s.pos, s.quat));
+        let geoms = m.geoms.iter().map(|g| (g.pos, g.quat, g.size));
+        (sites.collect::<Vec<_>>(), geoms.collect::<Vec<_>>())
+    };
+    let same = heavy(parts) == heavy(before) && (parts.tendons.is_empty() || strung(parts) == strung(before));
     let medium = parts.opt.medium();
     let (joints, sites, geoms) = (&parts.joints, &parts.sites, &parts.geoms);
     let tendons = parts.tendons.iter().filter(|t| t.acts()).flat_map(|t| t.bodies(joints, sites, geoms));
@@ -132,6 +140,7 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
     match if same { Ok(()) } else { invweight::fill(model) } {
         Ok(()) => {
             if !same {
+                ties::measure(model);
                 ties::weigh(model);
             }
             Ok(())

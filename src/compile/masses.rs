@@ -47,10 +47,12 @@ fn fill_body(world: &mut World, id: usize, compiler: &spec::Compiler, pieces: &m
             Some(found) => found,
             None => return,
         },
-        // MuJoCo gives a body without mass its pose in the parent for inertial frame; invweight0 is taken there.
+        // MuJoCo gives a body without mass its pose as written, without the frames around it, for inertial frame: invweight0
+        // is taken there, and so is what `boundmass` gives it. An orientation that is none was reported before.
         (None, false) => {
-            let body = &world.bodies[id];
-            Principal { mass: 0.0, ipos: body.pos, iquat: body.quat, moments: Vec3::zeros() }
+            let own = spec::Pose { frames: [].into(), ..spec.pose.clone() };
+            let (ipos, iquat) = frames::pose(&own, compiler).unwrap_or((Vec3::zeros(), Quat::identity()));
+            Principal { mass: 0.0, ipos, iquat, moments: Vec3::zeros() }
         }
     };
     let mut moments = found.moments.map(|i| i.max(compiler.boundinertia));

@@ -45,6 +45,11 @@ fn tendon(world: &World, names: &Passed, t: &spec::Tendon, spec: &Spec, log: &mu
     if let Some([low, high]) = actfrcrange.filter(|[low, high]| low >= high) {
         let help = "give the smaller number first";
         log.value_error(t.node, "actuatorfrcrange", ProblemKind::RangeEmpty { low, high }, help);
+    } else if let Some([low, high]) = actfrcrange.filter(|[low, high]| *low > 0.0 || *high < 0.0) {
+        // The forces of all its actuators are scaled into it, which no factor does that keeps their directions.
+        let (rule, word) = ("a range with 0 in it".into(), format!("{low} {high}"));
+        let problem = ProblemKind::OutOfRange { attribute: "actuatorfrcrange".into(), rule, word };
+        log.value_error(t.node, "actuatorfrcrange", problem, "MuJoCo refuses it, too");
     }
     Tendon {
         name: t.name.clone().unwrap_or_default(),
@@ -210,6 +215,18 @@ pub fn fill(model: &mut Model, spec: &Spec) {
         }
     }
     parts.equalities.iter_mut().zip(kinds).for_each(|(e, kind)| e.kind = kind);
+}
+
+/// Finds the lengths of tendons at `qpos0` anew.
+pub fn measure(model: &mut Model) {
+    if model.tendons.is_empty() {
+        return;
+    }
+    let mut data = Data::new(model);
+    let qpos0 = model.qpos0.clone();
+    dynamics::kinematics(model, &qpos0, &mut data);
+    tendon::tendons(model, &qpos0, &vec![0.0; model.nv], &mut data);
+    model.parts_mut().tendons.iter_mut().zip(&data.ten_length).for_each(|(t, length)| t.length0 = *length);
 }
 
 fn placed(model: &Model, data: &Data, kind: EqualityKind, spec: &spec::EqualityKind) -> EqualityKind {

@@ -23,13 +23,14 @@ use crate::dynamics::plan::rows_of;
 use crate::dynamics::spatial::{ang, lin};
 use crate::dynamics::tendon;
 use crate::math::{Quat, Vec3};
-use crate::model::{Anchor, Equality, EqualityKind, Model};
+use crate::model::{Anchor, Equality, EqualityKind, Model, Path};
 use crate::state::State;
 
 type Quaternion = nalgebra::Quaternion<f64>;
 
-/// Finds equalities that hold, then dry friction, then limits of tendons, in MuJoCo's order; as there none whose rows are zero,
-/// such as a limit of a tendon within one body: no force of it would move anything.
+/// Finds equalities that hold, then dry friction, then limits of tendons, in MuJoCo's order; none whose rows are zero or rounding,
+/// such as a limit of a tendon within one body, or to a point of a hinge's axis: no force of it would move anything, and what is
+/// needed against the rounding of 1e-17 m would be beyond all numbers. (MuJoCo leaves out exact zeros.)
 ///
 /// Reads: poses, cdof, tendons. Writes: ties (all but the forces), eq_j.
 pub fn find(model: &Model, settings: &Settings, state: &State, data: &mut Data) {
@@ -57,9 +58,38 @@ pub fn find(model: &Model, settings: &Settings, state: &State, data: &mut Data) 
     let mut found = std::mem::take(&mut data.ties);
     found.retain(|tie| {
         let (blocks, numbers) = rows(data, tie);
-        blocks.iter().any(|b| numbers[b.at..][..tie.dim * b.dofs.len()].iter().any(|x| *x != 0.0))
+        let all = blocks.iter().flat_map(|b| &numbers[b.at..][..tie.dim * b.dofs.len()]);
+        let most = all.fold(0.0f64, |most, x| most.max(x.abs()));
+        // Where nothing is small no rounding is looked for.
+        most > 1e-6 || most > rounding(model, data, tie)
     });
     data.ties = found;
+}
+
+/// What rounding may leave in the rows of a tie that moves nothing, m: of a spatial tendon, a `connect` or a `weld` 1e-13 of where it
+/// is, at least of 1 m.
+fn rounding(model: &Model, data: &Data, tie: &Tie) -> f64 {
+    let of_tendon = |t: usize| match &model.tendons[t].path {
+        Path::Fixed(_) => 0.0,
+        Path::Spatial(points) => {
+            let mut far = 1.0f64;
+            tendon::each_segment(model, data, points, |s| {
+                s.points.iter().for_each(|p| far = far.max(p.amax()));
+            });
+            1e-13 * far
+        }
+    };
+    let equality = (tie.kind == TieKind::Equality).then(|| &model.equalities[tie.index].kind);
+    match equality {
+        None => of_tendon(tie.index),
+        Some(EqualityKind::Joint { .. }) => 0.0,
+        Some(EqualityKind::Tendon { tendons: (first, second), .. }) => {
+            of_tendon(*first).max(second.map_or(0.0, of_tendon))
+        }
+        Some(EqualityKind::Connect(anchors) | EqualityKind::Weld { anchors, .. }) => {
+            1e-13 * anchors.iter().map(|a| place(model, data, a).1.amax()).fold(1.0, f64::max)
+        }
+    }
 }
 
 /// The rows of J of a tie: its blocks, and the numbers that these point into. Each block holds one row after the other.

@@ -14,7 +14,8 @@ use crate::state::State;
 
 /// Actuator forces.
 ///
-///     f = gain · u + bias,   gain, bias = c₀ + c₁ length + c₂ velocity,   clamped to forcerange
+///     f = gain · u + bias,   gain, bias = c₀ + c₁ length + c₂ velocity,   bounded by a tendon's actuatorfrcrange,
+///                                                                         then clamped to forcerange
 ///     qfrc = Σ f ∂length/∂q,   clamped to a joint's actuatorfrcrange
 ///
 /// u is ctrl, clamped to ctrlrange, or of an actuator with dynamics its activation.
@@ -42,17 +43,16 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
             input = nearest(input, length, turn);
         }
         let affine = |c: [f64; 3]| c[0] + c[1] * length + c[2] * velocity;
-        let mut force = affine(gain) * input + affine(bias);
-        if let Some([low, high]) = actuator.forcerange {
-            force = force.max(low).min(high);
-        }
         data.actuator_input[i] = input;
-        data.actuator_force[i] = force;
+        data.actuator_force[i] = affine(gain) * input + affine(bias);
     }
     bound_tendons(model, data);
     for (i, actuator) in model.actuators.iter().enumerate() {
-        let force = data.actuator_force[i];
-        let Data { plan, moments, qfrc_actuator, .. } = data;
+        let Data { plan, moments, qfrc_actuator, actuator_force, .. } = data;
+        if let Some([low, high]) = actuator.forcerange {
+            actuator_force[i] = actuator_force[i].max(low).min(high);
+        }
+        let force = actuator_force[i];
         match plan.moments[i] {
             None => {
                 let (first, gear) = joint_gear(model, actuator);
@@ -126,9 +126,10 @@ pub fn rates(model: &Model, state: &State, data: &mut Data) {
     }
 }
 
-/// Moves the activations along their rates for a time h.
+/// Moves the activations along their rates for a time h. Where actuation is disabled they stay what they are, even beyond
+/// their range.
 pub fn advance(model: &Model, act_dot: &[f64], h: f64, act: &mut [f64]) {
-    if act.is_empty() {
+    if act.is_empty() || !model.opt.flags.actuation {
         return;
     }
     for actuator in &model.actuators {
@@ -297,8 +298,11 @@ fn clear_common(dof_parent: &[usize], a: usize, b: usize, row: &mut [f64]) {
     }
 }
 
-/// ∂length/∂q · q̇
+/// ∂length/∂q · q̇; 0 where actuation is disabled, as in MuJoCo.
 pub fn velocity(model: &Model, state: &State, data: &Data, i: usize) -> f64 {
+    if !model.opt.flags.actuation {
+        return 0.0;
+    }
     let product = |row: &[f64], v: &[f64]| row.iter().zip(v).map(|(g, v)| g * v).sum();
     match data.plan.moments[i] {
         Some(at) => product(&data.moments[at..at + model.nv], &state.qvel),

@@ -458,6 +458,11 @@ impl<'a> Reader<'a> {
             let what = "an actuator without dynamics has no activation".to_string();
             self.meaningless(node, "actrange", what, "give it a `dyntype`");
         }
+        if element == "intvelocity" && item.maybe("actlimited") == Some(false) && item.given("actrange") {
+            let what =
+                "MuJoCo limits the activation of an `intvelocity` to its `actrange` whatever this says".to_string();
+            self.meaningless(node, "actlimited", what, "leave `actrange` out, or write `actlimited=\"true\"`");
+        }
         if item.array::<3>("damping")[1..] != [0.0; 2] {
             let lost = "only its first coefficient would count".to_string();
             let kind = ProblemKind::Unsupported { name: "damping".into(), lost };
@@ -475,7 +480,8 @@ impl<'a> Reader<'a> {
             forcerange: item.optional("forcerange"),
             forcelimited: item.maybe("forcelimited"),
             actrange: item.optional("actrange"),
-            actlimited: item.maybe("actlimited"),
+            // MuJoCo switches this off for `general` only.
+            actlimited: item.maybe("actlimited").filter(|limited| *limited || element == "general"),
             activation,
             actearly: item.yes("actearly"),
             gain,

@@ -137,7 +137,9 @@ fn as_general<'a>(shortcut: &str, values: &Values<'a>) -> Values<'a> {
         }
         _ => ("none", 1.0, ([1.0, 0.0, 0.0], [0.0; 3])),
     };
-    let mut general = values.only(|name| !CONTROL.contains(&name) || name == "inheritrange");
+    // `actlimited` says something in `general` only.
+    let passed = |name: &str| (!CONTROL.contains(&name) || name == "inheritrange") && name != "actlimited";
+    let mut general = values.only(passed);
     general.put("dyntype", Value::Text(dyntype));
     general.put("dynprm", Value::Numbers(vec![dynprm]));
     general.put("gaintype", Value::Text(gain_of(shortcut)));

@@ -135,8 +135,11 @@ impl Motion {
             let inertia = Inertia::new(body.mass, &com, &Sym3::from_principal(&body.inertia, &axes));
             force.push(inertia.mul(&acc[b]) + cross_force(&vel[b], &inertia.mul(&vel[b])));
         }
+        // The world's force is what holds its children: it has no parent to which it could pass on what touches it. As MuJoCo's.
         each_wrench(model, law, state, data, |b, point, f, n| {
-            force[b] -= join(f, &(n + (point - origin[b]).cross(f)));
+            if b != 0 {
+                force[b] -= join(f, &(n + (point - origin[b]).cross(f)));
+            }
         });
         for b in (1..model.bodies.len()).rev() {
             let (parent, f) = (model.bodies[b].parent, force[b]);

@@ -133,6 +133,23 @@ fn sensors_are_columns_too() {
     assert_eq!(json["units"], serde_json::json!(["N", "rad/s", "rad/s", "rad/s"]));
 }
 
+/// A sensor called as its joint, and the energy, which every table has: each column has a name of its own, as pandas, polars and
+/// Parquet want it. Blanks after commas do no harm.
+#[test]
+fn every_column_has_a_name_of_its_own() {
+    let text = r#"<mujoco><worldbody><body name="b"><joint name="j" type="ball"/><geom size=".1"/><body name="arm">
+        <joint name="elbow"/><geom size=".1"/></body></body></worldbody>
+        <sensor><jointpos name="elbow" joint="elbow"/><jointlimitpos name="turn" joint="j"/></sensor></mujoco>"#;
+    let text = text.replace(r#"type="ball""#, r#"type="ball" range="0 90""#);
+    let path = file("twice.xml", &text).display().to_string();
+    let json = penny(&[&path, "--steps", "1", "--json", "-", "--show", "elbow, energy,turn"]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).expect("JSON");
+    let columns: Vec<_> = json["columns"].as_array().expect("names").iter().filter_map(|c| c.as_str()).collect();
+    let last = ["energy", "penetration", "contacts", "elbow", "elbow.2", "energy.2", "kinetic", "potential", "turn"];
+    assert!(columns.ends_with(&last), "{columns:?}");
+    assert_eq!(json["units"], serde_json::json!(["rad", "rad", "J", "J", "J", "rad"]));
+}
+
 /// MuJoCo's potential energy is that of all bodies, also of those that stand still.
 #[test]
 fn the_potential_energy_that_a_sensor_measures_is_mujocos() {

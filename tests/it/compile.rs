@@ -469,3 +469,83 @@ fn actuators_of_other_classes_are_taken_as_by_mujoco() {
     // Like a damper, adhesion asks for a range, of all in its class.
     assert!(refused(r#"<adhesion gain="2"/>"#, "motor") && !refused(r#"<adhesion ctrlrange="0 1"/>"#, "motor"));
 }
+
+/// Ranges that MuJoCo 4.0.0 refuses, and one that it takes against what is written.
+#[test]
+fn ranges_without_their_meaning_are_refused() {
+    let scene = |tendon: &str, actuator: &str| {
+        format!(
+            r#"<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+            <tendon><fixed name="t" {tendon}><joint joint="j" coef="1"/></fixed></tendon>
+            <actuator><intvelocity tendon="t" {actuator}/></actuator></mujoco>"#
+        )
+    };
+    let refused = |tendon: &str, actuator: &str| penny::parse("range.xml", &scene(tendon, actuator)).is_err();
+    for range in ["0.5 1", "-2 -1"] {
+        assert!(refused(&format!(r#"actuatorfrcrange="{range}""#), ""));
+        assert!(!refused(&format!(r#"actuatorfrcrange="{range}" actuatorfrclimited="false""#), ""));
+    }
+    assert!(!refused(r#"actuatorfrcrange="0 1""#, "") && !refused(r#"actuatorfrcrange="-1 0""#, ""));
+    // Only a `general` can be unlimited against its range.
+    let unlimited = |class: &str, actuator: &str| {
+        let xml = format!(
+            r#"<mujoco><default>{class}</default><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+            <actuator><{actuator} joint="j"/></actuator></mujoco>"#
+        );
+        model("unlimited", &xml).actuators[0].actrange.is_none()
+    };
+    let general = r#"<general actrange="-1 1" actlimited="false"/>"#;
+    let shortcut = r#"<intvelocity actrange="-1 1" actlimited="false"/>"#;
+    let filter = r#"general dyntype="filter""#;
+    assert!(unlimited(general, filter) && !unlimited(general, "cylinder"));
+    assert!(!unlimited(shortcut, filter) && !unlimited(shortcut, "cylinder") && !unlimited(shortcut, "intvelocity"));
+    // There the activation would be limited all the same.
+    assert!(refused("", r#"actrange="-1 1" actlimited="false""#));
+    assert!(!refused("", r#"actrange="-1 1" actlimited="true""#) && !refused("", r#"actlimited="false""#));
+}
+
+/// A body without geoms in a frame, which `boundmass` makes heavy: where, as MuJoCo 4.0.0 has it.
+#[test]
+fn mass_by_boundmass_is_where_mujoco_has_it() {
+    let xml = r#"<mujoco><compiler boundmass="2" boundinertia=".1"/><worldbody>
+        <frame pos="1 2 3" euler="0 0 90"><body pos=".1 .2 .3" euler="90 0 0"><joint/></body></frame></worldbody></mujoco>"#;
+    let model = model("boundmass", xml);
+    let body = &model.bodies[1];
+    assert_eq!((body.mass, body.ipos), (2.0, Vector3::new(0.1, 0.2, 0.3)));
+    let turned = penny::math::wxyz(&body.iquat);
+    assert!(
+        turned.iter().zip([0.5f64.sqrt(), 0.5f64.sqrt(), 0.0, 0.0]).all(|(f, m)| (f - m).abs() < 1e-15),
+        "{turned:?}"
+    );
+}
+
+/// What follows from axes and places of joints, and from what a tendon runs over, is found anew where they are changed.
+#[test]
+fn an_edited_scene_has_the_numbers_of_a_fresh_one() {
+    let scene = |axis: &str, anchor: &str, site: &str, radius: f64| {
+        let xml = format!(
+            r#"<mujoco><worldbody><site name="w" pos="0 0 2"/><geom name="drum" size="{radius}" pos=".1 .1 1.6"/>
+            <body pos="0 0 1"><joint axis="{axis}" pos="{anchor}"/><geom type="box" size=".1 .2 .3" pos=".2 .1 0"/>
+            <body pos=".3 0 .2"><joint axis="1 0 0"/><geom size=".1" pos=".1 .1 0"/><site name="s" pos="{site}"/></body></body>
+            </worldbody><tendon><spatial name="t" armature="0"><site site="w"/><geom geom="drum"/><site site="s"/></spatial></tendon></mujoco>"#
+        );
+        model("edited", &xml)
+    };
+    let numbers = |model: &Model| {
+        let tendon = &model.tendons[0];
+        let dofs = model.dofs.iter().map(|d| d.invweight0);
+        let bodies = model.bodies.iter().flat_map(|b| b.invweight0);
+        [tendon.length0, tendon.invweight0].into_iter().chain(dofs).chain(bodies).collect::<Vec<f64>>()
+    };
+    let fresh = numbers(&scene("0 .6 .8", ".1 0 .05", ".3 .1 .2", 0.2));
+    let mut edited = scene("0 0 1", "0 0 0", ".1 0 0", 0.1);
+    edited
+        .edit(|m| {
+            (m.joints[0].axis, m.joints[0].pos) = (Vector3::new(0.0, 0.6, 0.8), Vector3::new(0.1, 0.0, 0.05));
+            m.sites[1].pos = Vector3::new(0.3, 0.1, 0.2);
+            m.geoms[0].size.x = 0.2;
+        })
+        .expect("a change");
+    let found = numbers(&edited);
+    assert!(found.iter().zip(&fresh).all(|(f, g)| (f - g).abs() < 1e-12 * g.abs().max(1.0)), "{found:?}\n{fresh:?}");
+}

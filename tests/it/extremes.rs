@@ -12,6 +12,8 @@ use penny::state::State;
 use penny_lab::explain;
 use penny_lab::sweep::theory;
 
+use crate::sim::Sim;
+
 struct Run {
     model: Model,
     method: Method,
@@ -344,5 +346,74 @@ fn implicit_euler_comes_to_the_same_motion_where_forces_jump() {
             // First order: at 2 m/s and 10 rad/s a step of 2 ms is worth a few mm.
             assert!(off < 3e-3, "{name} {qvel:?}, {}: off by {off}", law.name);
         }
+    }
+}
+
+/// Tendons and equalities that can move nothing, up to rounding: within a body of two parts, to a hinge's axis, to a ball's centre.
+/// Under every law all goes as without them. (Bodies were thrown kilometres away.)
+#[test]
+fn what_moves_nothing_up_to_rounding_does_nothing() {
+    let bodies = [
+        r#"<body pos="0 0 1" euler="10 20 30"><freejoint/><geom size=".1" pos=".05 .02 .03"/><site name="p" pos="-.036 -.13 -.116"/>
+        <body name="b" pos="-.0873 -.2231 -.0774" euler="5 6 7"><geom size=".05" contype="0"/><site name="q" pos=".1 .03 .07"/></body></body>"#,
+        r#"<body name="b" pos="0 0 1" euler="10 20 30"><joint axis="1 2 3" pos=".05 .02 .03"/><geom size=".1" pos=".25 .02 .03"/>
+        <site name="p" pos=".15 .22 .33"/></body><site name="q" pos=".5 .3 2"/>"#,
+        r#"<body name="b" pos="0 0 1" euler="10 20 30"><joint type="ball" pos=".05 .02 .03"/><geom size=".1" pos=".25 .02 .03"/>
+        <site name="p" pos=".05 .02 .03"/></body><site name="q" pos=".5 .3 2"/>"#,
+    ];
+    let tendon = r#"<tendon><spatial name="t" frictionloss=".1467" range="0 .1"><site site="p"/><site site="q"/></spatial></tendon>
+        <equality><tendon tendon1="t" polycoef=".1"/></equality>"#;
+    for (i, body) in bodies.iter().enumerate() {
+        for law in ["penalty", "mujoco", "tutorial"] {
+            let run = |rest: &str| {
+                let mut sim = Sim::law(&format!("<mujoco><worldbody>{body}</worldbody>{rest}</mujoco>"), law);
+                sim.state.qvel.fill(1.0);
+                sim.run(1.0);
+                (sim.state.qpos, sim.data.ties.len())
+            };
+            assert_eq!(run(tendon), run(""), "scene {i}, {law}");
+        }
+    }
+    // Two parts of one body, held together by a `connect` as well.
+    let held = r#"<equality><connect body1="b" anchor=".1 .2 .3" body2="a"/></equality>"#;
+    let parts = bodies[0].replacen("<body ", r#"<body name="a" "#, 1);
+    let mut sim = Sim::law(&format!("<mujoco><worldbody>{parts}</worldbody>{held}</mujoco>"), "penalty");
+    sim.state.qvel.fill(1.0);
+    sim.run(0.1);
+    assert!(sim.data.ties.is_empty());
+}
+
+/// A wheel on an axle that is pressed onto the ground: the normal force moves nothing, up to rounding or the last digits of a
+/// drawing, and friction stops the wheel. (It was 1e16 N, and beside it the wheel turned to and fro for ever.)
+#[test]
+fn a_wheel_that_is_pressed_onto_the_ground_stands() {
+    for frame in ["", r#"pos=".37 .21 .13" euler="13 27 41""#] {
+        for miss in ["0", "1e-9", "1e-6", "1e-5"] {
+            let text = format!(
+                r#"<mujoco><option gravity="0 0 0"/><worldbody><frame {frame}><geom type="plane" size="1 1 1"/>
+                <body pos=".123 .456 .19"><joint axis="0 1 0"/><geom size=".2" pos="{miss} 0 0"/></body></frame></worldbody></mujoco>"#
+            );
+            let mut sim = Sim::law(&text, "penalty");
+            sim.state.qvel[0] = 1.0;
+            for _ in 0..50 {
+                sim.step();
+                assert!(sim.state.qvel[0].abs() < 1e-3, "{miss} {frame}: {} at {}", sim.state.qvel[0], sim.state.time);
+            }
+        }
+    }
+}
+
+/// An ellipsoid on a hinge through its centre, wedged against a box: friction has the longer arm, so that the normal force cannot push
+/// it out. (It was 1e13 N, and the ellipsoid had 1.6 MJ after a step.)
+#[test]
+fn what_is_wedged_stays() {
+    let mut sim = Sim::law(
+        r#"<mujoco><option gravity="0 0 0"/><worldbody><geom type="box" size=".0912 .0673 .1319" pos="0.0511 -0.1041 -0.2645" quat="-0.0773 0.2236 0.9269 -0.2914"/>
+        <body><joint/><geom type="ellipsoid" size=".1803 .0636 .1676"/></body></worldbody></mujoco>"#,
+        "penalty",
+    );
+    for _ in 0..50 {
+        sim.step();
+        assert!(!sim.data.contacts.is_empty() && sim.state.qvel[0].abs() < 1e-3, "{}", sim.state.qvel[0]);
     }
 }

@@ -13,6 +13,8 @@ use penny::sensors;
 use penny::state::State;
 use serde::Deserialize;
 
+use crate::sim::Sim;
+
 type Numbers = BTreeMap<String, Vec<f64>>;
 
 /// A scene as tests/golden/topics/scenes.py writes it.
@@ -268,4 +270,51 @@ fn equalities_are_mujocos() {
 #[test]
 fn friction_without_slip_is_mujocos() {
     check(include_str!("../golden/noslip.json"));
+}
+
+/// Two motors on a tendon, one with a range of its own: the tendon's comes first, as in MuJoCo 4.0.0.
+#[test]
+fn a_tendon_bounds_its_actuators_before_their_own_ranges_do() {
+    let mut sim = Sim::law(
+        r#"<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+        <tendon><fixed name="t" actuatorfrcrange="-2 3"><joint joint="j" coef="1"/></fixed></tendon>
+        <actuator><motor tendon="t" forcerange="-1 1"/><motor tendon="t"/></actuator></mujoco>"#,
+        "mujoco",
+    );
+    sim.state.ctrl = vec![5.0, 5.0];
+    sim.step();
+    assert_eq!(sim.data.actuator_force, [1.0, 1.5]);
+}
+
+/// A force sensor on the world gives what holds an arm to it, and not what rests on its floor.
+#[test]
+fn the_world_bears_what_hangs_on_it() {
+    let mut sim = Sim::law(
+        r#"<mujoco><worldbody><site name="wall" pos="0 0 1"/><geom type="plane" size="1 1 1"/>
+        <body pos="0 0 1"><joint axis="0 1 0" damping="1e6"/><geom type="box" size=".1 .1 .1" pos=".5 0 0" mass="2"/></body>
+        <body pos="0 0.5 0.0999"><freejoint/><geom size=".1" mass="7"/></body></worldbody>
+        <sensor><force site="wall"/><torque site="wall"/></sensor></mujoco>"#,
+        "mujoco",
+    );
+    sim.run(0.1);
+    assert!(!sim.data.contacts.is_empty());
+    // MuJoCo 4.0.0 has this force, too. Its torque mixes the centres of mass of the trees: here 7.63 −2.18 0.
+    let mujoco = [0.0, 0.0, 19.62, 0.0, -9.81, 0.0];
+    close("force and torque", &sim.data.sensordata, &mujoco, 1e-4);
+}
+
+/// Disabled actuators have no velocity, and their activations stay where they are, as in MuJoCo 4.0.0.
+#[test]
+fn disabled_actuators_do_nothing() {
+    let mut sim = Sim::law(
+        r#"<mujoco><option><flag actuation="disable"/></option>
+        <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+        <actuator><motor name="m" joint="j" gear="2"/>
+        <general joint="j" dyntype="integrator" actrange="-.1 .1"/></actuator>
+        <sensor><actuatorpos actuator="m"/><actuatorvel actuator="m"/></sensor></mujoco>"#,
+        "mujoco",
+    );
+    (sim.state.qpos, sim.state.qvel, sim.state.act) = (vec![0.3], vec![1.0], vec![0.7]);
+    sim.step();
+    assert_eq!((&sim.data.sensordata[..], &sim.state.act[..]), (&[0.6, 0.0][..], &[0.7][..]));
 }

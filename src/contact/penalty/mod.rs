@@ -127,6 +127,10 @@ const SLIP: f64 = 1e-5;
 /// The same under an implicit integrator.
 const IMPLICIT_SLIP: f64 = 1e-3;
 
+/// MuJoCo's estimate of an inverse mass is rounding where it is less than this of what friction meets: a centre of mass beside the
+/// axle by 3e-4 of the wheel's radius.
+const NOTHING: f64 = 1e-7;
+
 /// What all contacts of a mix have in common.
 #[derive(Clone, Copy, Debug)]
 pub struct Coefficients {
@@ -254,6 +258,16 @@ fn contact(task: &Task, coefficients: &[Coefficients], island: &mut Island, i: u
         spin += angular;
     }
     let met = noticeable(inverse, push);
+    // A wheel on an axle: the normal force moves nothing or little, friction much, and of MuJoCo's estimate there is only rounding.
+    // The normal force would be up to 1e16 N, beside which friction is none: it is as soft as for a body that moves along its normal
+    // as this one does along the surface.
+    let inverse = if inverse < NOTHING * push && island.constraints[i].cone.dim > 1 {
+        let rows = island.inverse_masses(i);
+        let along = rows[1].max(rows[2]);
+        if inverse < NOTHING * along && rows[0] < along { along } else { inverse }
+    } else {
+        inverse
+    };
     let c = &mut island.constraints[i];
     let r = contact.dist - own.margin;
     let d = impedance(&own.solimp, r);

@@ -22,6 +22,8 @@ pub use quantity::{
 };
 pub use saved::{read_state, write_state};
 
+use std::collections::BTreeSet;
+
 use crate::names;
 use penny::collision;
 use penny::data::{Contact, Data};
@@ -164,13 +166,19 @@ pub fn coordinates(model: &Model) -> Vec<Coordinate> {
     list
 }
 
-/// Names of the columns of a recording, in order; the quantities that were chosen come last.
+/// Names of the columns of a recording, in order; the quantities that were chosen come last. Each name stands once, as readers of
+/// tables ask for: what is called as a column before it, such as a sensor like its joint, is `name.2`, and so on.
 pub fn columns(model: &Model, quantities: &[Quantity]) -> Vec<String> {
     let mut names = vec!["time".to_owned()];
     names.extend((0..model.nq).map(|i| format!("qpos{i}")));
     names.extend((0..model.nv).map(|i| format!("qvel{i}")));
     names.extend(["energy", "penetration", "contacts"].map(str::to_owned));
-    names.extend(quantities.iter().map(|q| q.name.clone()));
+    let mut taken: BTreeSet<String> = names.iter().cloned().collect();
+    for quantity in quantities {
+        let numbered = (2..).map(|i| format!("{}.{i}", quantity.name));
+        let free = std::iter::once(quantity.name.clone()).chain(numbered).find(|name| taken.insert(name.clone()));
+        names.extend(free);
+    }
     names
 }
 

@@ -25,7 +25,7 @@ use penny::data::{Contact, Data, JointRowKind};
 use penny::dynamics;
 use penny::kind::SensorKind;
 use penny::math::{Vec3, Vec6};
-use penny::model::{GeomKind, JointKind, Model, Object, Sensor, Transmission};
+use penny::model::{GeomKind, Joint, JointKind, Model, Object, Sensor, Transmission};
 use penny::state::State;
 
 /// One number of a state, with its name and unit.
@@ -255,7 +255,7 @@ pub fn quantities(model: &Model) -> Vec<Quantity> {
     for (i, actuator) in model.actuators.iter().enumerate() {
         let name = names::actuator(model, i);
         let unit = match actuator.transmission {
-            Transmission::Joint(j) | Transmission::JointInParent(j) if model.joints[j].kind != JointKind::Hinge => "N",
+            Transmission::Joint(j) | Transmission::JointInParent(j) if !turns(&model.joints[j]) => "N",
             Transmission::Site { .. } | Transmission::Tendon(_) | Transmission::SliderCrank { .. } => "N",
             _ => "N m",
         };
@@ -279,14 +279,17 @@ pub fn quantities(model: &Model) -> Vec<Quantity> {
     list
 }
 
+/// Whether what acts on a joint is a torque.
+fn turns(joint: &Joint) -> bool {
+    matches!(joint.kind, JointKind::Hinge | JointKind::Ball)
+}
+
 /// Of a sensor's numbers.
 fn unit(model: &Model, sensor: &Sensor) -> &'static str {
     use SensorKind::*;
-    let hinge = match sensor.object {
-        Object::Joint(j) => model.joints[j].kind == JointKind::Hinge,
-        Object::Actuator(a) => {
-            model.actuators[a].transmission.joint().is_some_and(|j| model.joints[j].kind == JointKind::Hinge)
-        }
+    let rotary = match sensor.object {
+        Object::Joint(j) => turns(&model.joints[j]),
+        Object::Actuator(a) => model.actuators[a].transmission.joint().is_some_and(|j| turns(&model.joints[j])),
         _ => false,
     };
     match sensor.kind {
@@ -299,21 +302,21 @@ fn unit(model: &Model, sensor: &Sensor) -> &'static str {
         RangeFinder | FramePos | SubtreeCom => "m",
         SubtreeAngMom => "kg m²/s",
         JointPos | ActuatorPos | JointLimitPos => {
-            if hinge {
+            if rotary {
                 "rad"
             } else {
                 "m"
             }
         }
         JointVel | ActuatorVel | JointLimitVel => {
-            if hinge {
+            if rotary {
                 "rad/s"
             } else {
                 "m/s"
             }
         }
         JointActuatorForce | ActuatorForce | JointLimitForce => {
-            if hinge {
+            if rotary {
                 "N m"
             } else {
                 "N"
@@ -362,8 +365,8 @@ pub fn chosen(model: &Model, words: &[String]) -> Result<Vec<Quantity>, String> 
     let all = quantities(model);
     let plain = |name: &str| name.replace('–', "-");
     let mut found: Vec<Quantity> = Vec::new();
-    for word in words.iter().filter(|w| !w.is_empty()) {
-        let group = GROUPS.iter().find(|(name, _)| name == word).map(|(_, group)| *group);
+    for word in words.iter().map(|w| w.trim()).filter(|w| !w.is_empty()) {
+        let group = GROUPS.iter().find(|(name, _)| *name == word).map(|(_, group)| *group);
         let takes = |q: &&Quantity| plain(&q.name) == plain(word) || word == "all" || group == Some(q.group);
         let new: Vec<Quantity> = all.iter().filter(takes).filter(|q| !found.contains(q)).cloned().collect();
         let known = group.is_some() || word == "all" || all.iter().any(|q| plain(&q.name) == plain(word));
