@@ -160,6 +160,14 @@ const OF_RUNS: &[OfRuns] = &[
         "the run ends at 6 ms: 5 ms is no whole number of steps of 2 ms",
     ),
     (
+        "MuJoCo keeps this number",
+        &["run", "--solimp", "@ 0.95"],
+        OPEN,
+        "9",
+        "0.9",
+        "--solimp 9 counts as 0.9999: MuJoCo keeps this number between 0.0001 and 0.9999",
+    ),
+    (
         "does nothing, as in MuJoCo",
         &["check"],
         "<mujoco><worldbody><body name='ball' gravcomp='-1'><freejoint/><geom size='.1'/></body><body pos='1 0 0' gravcomp='@'><geom size='.1'/></body></worldbody></mujoco>",

@@ -518,12 +518,20 @@ fn three_numbers(text: &str) -> Result<Numbers, String> {
     counted(text, 3..=3)
 }
 
-/// Numbers of solimp, kept within MuJoCo's bounds.
+/// Numbers of solimp. What MuJoCo keeps within bounds is kept there, with a warning, as in a file.
 fn impedance(text: &str) -> Result<Numbers, String> {
     const BOUNDS: [(f64, f64); 5] =
         [(1e-4, 0.9999), (1e-4, 0.9999), (0.0, f64::INFINITY), (1e-4, 0.9999), (1.0, f64::INFINITY)];
     let mut numbers = counted(text, 1..=5)?;
-    numbers.0.iter_mut().zip(BOUNDS).for_each(|(x, (low, high))| *x = x.clamp(low, high));
+    for (x, (low, high)) in numbers.0.iter_mut().zip(BOUNDS) {
+        let bounded = x.clamp(low, high);
+        // A dmin of 0 is as good as 0.0001.
+        if bounded != *x && *x != 0.0 {
+            let range = if high.is_finite() { format!("between {low} and {high}") } else { format!("at {low} or more") };
+            eprintln!("warning: --solimp {x} counts as {bounded}: MuJoCo keeps this number {range}");
+        }
+        *x = bounded;
+    }
     Ok(numbers)
 }
 
