@@ -535,7 +535,7 @@ impl Joint<'_> {
     pub fn qvel(&self) -> &[f64] {
         &self.sim.state.qvel[self.dofs()]
     }
-    /// Forces of contacts, limits and dry friction on its degrees of freedom, N or N m.
+    /// Forces of contacts, limits, dry friction and equalities on its degrees of freedom, N or N m.
     pub fn constraint_force(&self) -> &[f64] {
         &self.sim.data.qfrc_constraint[self.dofs()]
     }

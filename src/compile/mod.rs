@@ -154,9 +154,9 @@ fn problem(kind: ProblemKind, span: Span, help: impl Into<String>) -> Problem {
     Problem { help: (!help.is_empty()).then_some(help), ..Problem::new(kind, span) }
 }
 
-/// Elements that others refer to by name: bodies, geoms, joints.
+/// Elements of one kind that others refer to by name.
 struct Names<'a> {
-    /// "body", "geom" or "joint"
+    /// The kind: "body", "geom", "tendon" …
     of: &'static str,
     index: BTreeMap<&'a str, usize>,
     /// Names of what is in the file, but not in the model: meshes.

@@ -1,4 +1,4 @@
-//! What a person sees: pictures, videos, the window and the game.
+//! What a person sees: pictures, videos, the stage and the game.
 //!
 //!     Model + State ─ scene → DrawList ─ paint → Image ─ video → GIF, PNG, APNG, MP4, WebM
 //!

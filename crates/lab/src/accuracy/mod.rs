@@ -53,9 +53,9 @@ pub struct Choice {
     pub stepping: Stepping,
     /// Estimated largest error of any body at any of the samples, m.
     pub error: f64,
-    /// Steps of the run, and evaluations of the accelerations.
+    /// Steps of the run.
     pub steps: usize,
-    /// See `steps`.
+    /// Evaluations of the accelerations in the run.
     pub evaluations: usize,
     /// What was kept and taken back, where steps are controlled.
     pub effort: Option<Effort>,
