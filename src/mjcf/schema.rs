@@ -10,6 +10,7 @@ use std::ops::Deref;
 use std::sync::LazyLock;
 
 use super::defaults::ORIENTATIONS;
+use crate::math::MIN_MU;
 
 pub use super::table::SCHEMA;
 
@@ -180,7 +181,7 @@ pub(super) const fn solimp(name: &'static str) -> Attribute {
 }
 /// Friction coefficients of contacts. Source: MuJoCo 4.0, mjMINMU.
 pub(super) const fn friction(name: &'static str, count: usize, default: &'static str, unit: &'static str) -> Attribute {
-    up_to(name, count, default, unit).not_negative().lint(Lint::Raised(1e-5))
+    up_to(name, count, default, unit).not_negative().lint(Lint::Raised(MIN_MU))
 }
 
 impl Attribute {

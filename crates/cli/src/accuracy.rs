@@ -27,8 +27,6 @@ pub struct AccuracyArgs {
 
 /// Real time that the search may take, s.
 const SEARCH: f64 = 60.0;
-/// A controlled run that takes more than this many times the steps of its trial is given up: it is another motion.
-const MORE: usize = 10;
 
 /// What was chosen.
 pub struct Chosen {
@@ -79,7 +77,7 @@ pub fn choose(model: &Model, method: &Method, start: &State, seconds: f64, wante
         Stepping::Fixed(_) => Chosen { method: choice.method, steps: choice.steps, controlled: None, rows },
         Stepping::Controlled(tolerance) => {
             let method = Method { integrator: choice.method.integrator, timestep: seconds / steps as f64, ..*method };
-            Chosen { method, steps, controlled: Some((tolerance, MORE * choice.steps)), rows }
+            Chosen { method, steps, controlled: Some((tolerance, choice.most_steps())), rows }
         }
     })
 }

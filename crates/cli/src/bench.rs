@@ -22,6 +22,7 @@ use penny::data::Data;
 use penny::forward::{Method, step};
 use penny::model::Model;
 use penny::state::State;
+use penny_view::fnv::Fnv;
 
 mod instructions;
 mod scenes;
@@ -358,6 +359,5 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 
 /// FNV-1a over the bits of qpos and qvel: equal states, equal hashes.
 fn hash(state: &State) -> u64 {
-    let bytes = state.qpos.iter().chain(&state.qvel).flat_map(|x| x.to_bits().to_le_bytes());
-    bytes.fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
+    Fnv::of(state.qpos.iter().chain(&state.qvel).flat_map(|x| x.to_bits().to_le_bytes())).0
 }

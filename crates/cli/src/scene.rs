@@ -15,16 +15,15 @@ use penny::Scene;
 use penny::contact::{self, Law};
 use penny::forward::{Method, ROUNDS};
 use penny::integrate::{self, Integrator};
+use penny::math::MIN_MU;
 use penny::mjcf::{self, Limits};
 use penny::model::{Joint, JointKind, Keyframe, Model, Parts};
 use penny::state::State;
 
 /// s
-const DEFAULT_TIME: f64 = 3.0;
+pub const DEFAULT_TIME: f64 = 3.0;
 /// More would take longer than a day even where a step takes 0.1 µs.
 pub const MOST_STEPS: usize = 1_000_000_000_000;
-/// The least coefficient of friction that MuJoCo's contacts have.
-const MIN_MU: f64 = 1e-5;
 
 /// What a scene may take, and where it may read.
 #[derive(clap::Args, Clone, Default)]

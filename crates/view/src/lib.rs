@@ -11,6 +11,7 @@ pub mod depth;
 pub mod draw;
 pub mod energy_balance;
 pub mod film;
+pub mod fnv;
 pub mod game;
 mod ground;
 pub mod history;

@@ -13,6 +13,7 @@ use penny::draft;
 use penny::forward::Method;
 use penny::model::Model;
 use penny::state::State;
+use penny_view::fnv::Fnv;
 
 /// Settings that are compared as a hash, and what is said where it differs.
 const HASHES: [(&str, &str); 4] = [
@@ -163,6 +164,7 @@ pub fn settings(
         }
         Values::Table(_) => String::new(),
     };
+    let hash = |thing: &dyn std::fmt::Debug| Fnv::of_debug(thing).to_string();
     let table = match &plan.values {
         Values::Table(rows) => Some(hash(&(&plan.names, rows))),
         Values::Random { .. } => None,
@@ -181,21 +183,4 @@ pub fn settings(
         "--vary": Some(random).filter(|text| !text.is_empty()),
         "--seed": plan.seed().map(|seed| seed.to_string()),
     })
-}
-
-/// 64-bit FNV-1a of all numbers and names of a thing.
-fn hash(thing: &dyn std::fmt::Debug) -> String {
-    let mut hash = Hash(0xcbf2_9ce4_8422_2325);
-    // It takes any text.
-    let _ = std::fmt::write(&mut hash, format_args!("{thing:?}"));
-    format!("{:016x}", hash.0)
-}
-
-struct Hash(u64);
-
-impl std::fmt::Write for Hash {
-    fn write_str(&mut self, text: &str) -> std::fmt::Result {
-        self.0 = text.bytes().fold(self.0, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-        Ok(())
-    }
 }

@@ -26,6 +26,11 @@ enum Way<'m> {
 const MORE: usize = 10;
 
 impl Choice {
+    /// How many controlled steps a run may take before it is given up.
+    pub fn most_steps(&self) -> usize {
+        MORE * self.steps.max(1)
+    }
+
     /// The run that was chosen, or one from another start or for another time (s).
     ///
     /// Errors: start or time are none of the model's.
@@ -37,7 +42,7 @@ impl Choice {
             }
             Stepping::Controlled(tolerance) => {
                 let run = Controlled::new(model, &self.method, start, tolerance, start.time + seconds)?;
-                Way::Controlled(Box::new(run), MORE * self.steps.max(1))
+                Way::Controlled(Box::new(run), self.most_steps())
             }
         };
         Ok(Run { model, method: self.method, way })
