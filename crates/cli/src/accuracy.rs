@@ -18,8 +18,8 @@ use penny_lab::sweep::Case;
 
 #[derive(clap::Args, Clone)]
 pub struct AccuracyArgs {
-    /// Take the cheapest method of the contact law that keeps every body this near to the law's exact motion over the whole run
-    /// (m, and rad times the body's reach), and say what it costs
+    /// Find the cheapest method that keeps every body this near to the contact law's exact motion over the whole run (m; rad
+    /// times the body's reach), use it, and say what it costs
     #[arg(long, value_name = "M", value_parser = scene::length, allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["integrator", "rounds"])]
     pub accuracy: Option<f64>,

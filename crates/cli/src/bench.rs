@@ -34,19 +34,19 @@ pub struct Args {
     /// MJCF files [default: a set of small scenes]
     #[arg(value_name = "SCENE.xml")]
     scenes: Vec<PathBuf>,
-    /// Measure this too, alternately: mujoco
+    /// Measure this engine as well, in turns: mujoco
     #[arg(long, value_name = "ENGINE", value_parser = ["mujoco"])]
     against: Option<String>,
     /// Measure the steps between two simulated times, in seconds [default: up to 1000 steps from 1 s on]
     #[arg(long, value_name = "FROM..TO", value_parser = window)]
     window: Option<Window>,
-    /// Step so many copies of the scene at once, on --threads; MuJoCo by its `rollout`
+    /// Step this many copies of the scene at once, on --threads; MuJoCo by its `rollout`
     #[arg(long, value_name = "N", value_parser = scene::at_least_one)]
     worlds: Option<usize>,
     /// Threads for --worlds [default: all cores]
     #[arg(long, value_name = "N", value_parser = scene::at_least_one, requires = "worlds")]
     threads: Option<usize>,
-    /// Count the instructions of a step, too, by valgrind: about a hundred times as slow as to time it
+    /// Count the instructions of a step as well, with valgrind: about a hundred times slower than timing it
     #[arg(long, conflicts_with = "worlds")]
     instructions: bool,
     /// What it calls itself with under valgrind: take these steps and say nothing

@@ -35,7 +35,7 @@ pub struct Args {
     limits: LimitArgs,
     #[command(flatten)]
     overrides: OverrideArgs,
-    /// Say all of it: every contact under every law and integrator, all joints and actuators, however long it takes
+    /// Say everything: every contact under every law and integrator, all joints and actuators, however long it takes
     #[arg(long)]
     all: bool,
 }

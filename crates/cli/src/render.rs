@@ -38,7 +38,7 @@ pub struct Args {
     /// Frames per second [default: 50, .apng 30, .mp4 and .webm 60]
     #[arg(long, value_name = "N", value_parser = positive, allow_hyphen_values = true)]
     fps: Option<f64>,
-    /// Begin after so many simulated seconds: what was before is computed, not shown
+    /// Begin after this many simulated seconds; what comes before is computed, but not shown
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     from: Option<f64>,
     /// Simulated seconds to show [default: 3, or the recorded session to its end]
@@ -47,10 +47,10 @@ pub struct Args {
     /// Simulated seconds per second of film
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_hyphen_values = true)]
     speed: f64,
-    /// Where from: azimuth and elevation in degrees, distance and target in m [default: all that moves is seen]
+    /// Camera: azimuth and elevation in degrees, distance and target in m [default: all that moves is in view]
     #[arg(long, value_name = "A,E[,D[,X,Y,Z]]", allow_hyphen_values = true)]
     camera: Option<String>,
-    /// Body that the camera follows; `none` [default: the only one that moves]
+    /// Body that the camera follows, or `none` [default: the only one that moves]
     #[arg(long, value_name = "BODY")]
     follow: Option<String>,
     /// No arrows, no trails

@@ -36,7 +36,7 @@ pub struct Args {
     /// Worlds to run [default: 100]
     #[arg(long, value_name = "N", value_parser = scene::at_least_one, conflicts_with = "table")]
     worlds: Option<usize>,
-    /// Give each world a number of its own, evenly distributed: `qvel[0]=1..3`, `qpos[hinge]=0..1.57`, `ctrl[motor]=-1..1`,
+    /// Give each world a number of its own, uniformly distributed: `qvel[0]=1..3`, `qpos[hinge]=0..1.57`, `ctrl[motor]=-1..1`,
     /// `friction[ground]=0.2..0.9` (or `friction` of all geoms), `solref[ball]=0.005..0.02` (its time constant),
     /// `mass[crate]=1..10`, `gravity[z]=-9.81..-1.62`, `timestep=0.001..0.004`. May be given several times
     #[arg(long, value_name = "NAME=A..B", value_parser = vary::parse, allow_hyphen_values = true)]
@@ -44,20 +44,22 @@ pub struct Args {
     /// A CSV file with a world in each row, and a column for each number, named as in --vary
     #[arg(long, value_name = "FILE.csv", conflicts_with = "vary")]
     table: Option<PathBuf>,
-    /// Where the results go, a row a world: CSV, or Parquet by the name's end (a build with `--features parquet`)
+    /// Where the results go, one row for each world: CSV, or Parquet if the name ends in .parquet (a build with `--features
+    /// parquet`)
     #[arg(long, short, value_name = "FILE.csv")]
     out: PathBuf,
-    /// Go on with a rollout that was interrupted: the worlds in the unfinished file are not run again. Scene and options have to be
-    /// those that it was begun with; there may be more --worlds
+    /// Continue an interrupted rollout: the worlds in the unfinished file are not run again. Scene and options must be those
+    /// that it was begun with; only --worlds may be larger
     #[arg(long)]
     resume: bool,
-    /// Which random numbers: the same seed gives every world the same ones, however many worlds there are
+    /// Seed of the random numbers: the same seed gives each world the same numbers, however many worlds there are
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Threads, at most one a world and one a core, or 16 if these are more [default: all cores]; results do not depend on it
+    /// Threads: at most one for each world, and at most one for each core or 16, whichever is more [default: all cores];
+    /// results do not depend on it
     #[arg(long, value_name = "N", value_parser = scene::at_least_one)]
     threads: Option<usize>,
-    /// Quantities at the end of each run that become columns: names and groups as in `penny run --show`
+    /// Quantities at the end of each run to add as columns: names and groups as in `penny run --show`
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     show: Vec<String>,
     #[command(flatten)]

@@ -52,8 +52,8 @@ pub struct Args {
     #[command(flatten)]
     overrides: OverrideArgs,
     /// What to show: names (`crate.z`, `hinge`, `ground-crate.fn`) or groups (position, velocity, rotation, joints, forces,
-    /// contacts, actuators, sensors, energy, all), with commas between them. It chooses the table's columns and what --plot draws, and
-    /// adds columns of these names to --csv and --json
+    /// contacts, actuators, sensors, energy, all), separated by commas. Selects the table's columns and what --plot draws, and adds
+    /// these columns to --csv and --json
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     show: Vec<String>,
     /// Write the state at the end of the run, for --load-state

@@ -28,11 +28,11 @@ pub const MOST_STEPS: usize = 1_000_000_000_000;
 /// What a scene may take, and where it may read.
 #[derive(clap::Args, Clone, Default)]
 pub struct LimitArgs {
-    /// Raise a limit of scenes, includes counted in: depth [default: 200], includes [1000], bytes [134217728],
+    /// Raise a limit of the scene and its includes together: depth [default: 200], includes [1000], bytes [134217728],
     /// elements [2000000], names [1000000] or contacts [1000000]
     #[arg(long = "limit", value_name = "NAME=N", value_parser = limit, help_heading = "Reading")]
     limits: Vec<(String, usize)>,
-    /// Read files outside the scene's folder, too, where a scene or a session names them
+    /// Also read files outside the scene's folder that a scene or a session names
     #[arg(long, help_heading = "Reading")]
     allow_outside: bool,
 }
@@ -66,8 +66,8 @@ pub struct MethodArgs {
     /// Timestep in seconds [default: the scene's]
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     pub timestep: Option<f64>,
-    /// Newton steps that the penalty law takes at most to find the forces of a timestep: fewer are quicker where the forces
-    /// change fast, and leave a residual, which the run reports
+    /// Most Newton steps that the penalty law takes to find the forces of a timestep; fewer are faster where forces change
+    /// quickly, but leave a residual, which the run reports
     #[arg(long, value_name = "N", default_value_t = ROUNDS, value_parser = at_least_one, allow_negative_numbers = true)]
     rounds: usize,
 }
@@ -80,13 +80,13 @@ pub struct StartArgs {
     /// Start from a state that --save-state wrote: the run goes on with the same bits
     #[arg(long, value_name = "FILE", conflicts_with = "key")]
     load_state: Option<PathBuf>,
-    /// Start at these positions, all of them
+    /// Start at these positions (all of qpos)
     #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
     qpos: Option<Numbers>,
-    /// Start with these velocities, all of them
+    /// Start with these velocities (all of qvel)
     #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
     qvel: Option<Numbers>,
-    /// Hold the actuators at these controls, all of them
+    /// Hold the actuators at these controls (all of ctrl)
     #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
     ctrl: Option<Numbers>,
 }
@@ -94,7 +94,7 @@ pub struct StartArgs {
 /// Numbers of the scene that are replaced for one run.
 #[derive(clap::Args, Clone)]
 pub struct OverrideArgs {
-    /// Friction of all contacts instead of the scene's: sliding, torsional and rolling, the last ones may be left out
+    /// Friction of all contacts instead of the scene's: sliding, torsional, rolling; the last ones may be left out
     #[arg(long, value_name = "\"…\"", value_parser = coefficients, allow_hyphen_values = true)]
     friction: Option<Numbers>,
     /// solref of all contacts: timeconst and dampratio, or -stiffness and -damping

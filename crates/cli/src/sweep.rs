@@ -40,14 +40,14 @@ pub struct Args {
     /// Directory for CSV, JSON, SVG and PNG [default: sweep-SCENE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Contact laws, with commas, or `all` [default: all]
+    /// Contact laws, separated by commas, or `all` [default: all]
     #[arg(long, value_name = "LAWS", value_delimiter = ',', value_parser = scene::laws_parser())]
     laws: Vec<String>,
-    /// Integrators, with commas [default: all]
+    /// Integrators, separated by commas [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = scene::integrator_parser())]
     integrators: Vec<String>,
     /// Timesteps in seconds: a list `1e-3,1e-4`, or LOW..HIGH, or LOW..HIGH:COUNT, log-spaced; each is changed to the
-    /// nearest of which a whole number makes an eighth of --time [default: 1e-5..0.1:9]
+    /// nearest that divides an eighth of --time into whole steps [default: 1e-5..0.1:9]
     #[arg(long, value_name = "S", value_parser = timesteps, allow_negative_numbers = true)]
     timesteps: Option<Timesteps>,
     /// Simulated time in seconds
@@ -56,15 +56,15 @@ pub struct Args {
     /// What errors are measured against
     #[arg(long, value_enum, default_value_t = Truth::Converged)]
     truth: Truth,
-    /// Newton steps of the penalty law at most, in each timestep
+    /// Most Newton steps of the penalty law in each timestep
     #[arg(long, value_name = "N", default_value_t = penny::forward::ROUNDS, value_parser = scene::at_least_one)]
     rounds: usize,
     #[command(flatten)]
     start: StartArgs,
-    /// Go on with an interrupted sweep in the same directory (without it, an earlier sweep there is moved aside)
+    /// Continue an interrupted sweep in the same directory (without it, an earlier sweep there is moved aside)
     #[arg(long)]
     resume: bool,
-    /// Draw the map of stability over two of timestep, stiffness, damping, mass, mass-ratio, speed, friction instead;
+    /// Draw a map of stability over two of timestep, stiffness, damping, mass, mass-ratio, speed, friction instead;
     /// each may carry a range: timestep=1e-4..1,stiffness. It has the scene's contact law unless --laws names others.
     /// Each run takes --time, or 400 steps where that is longer
     #[arg(long, value_name = "X,Y", value_parser = map::axes, conflicts_with_all = ["truth", "timesteps", "resume"])]
