@@ -90,7 +90,7 @@ pub struct WrongState {
 impl fmt::Display for WrongState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let WrongState { list, has, wants } = self;
-        write!(f, "{list} has {has} numbers where the model has {wants}: it is no state of this model")
+        write!(f, "{list} has {has} numbers where the model has {wants}: it is not a state of this model")
     }
 }
 

@@ -157,7 +157,7 @@ const OF_RUNS: &[OfRuns] = &[
         OPEN,
         "0.005",
         "0.006",
-        "the run ends at 6 ms: 5 ms is no whole number of steps of 2 ms",
+        "the run ends at 6 ms: 5 ms is not a whole number of steps of 2 ms",
     ),
     (
         "does nothing, as in MuJoCo",
@@ -200,7 +200,7 @@ const OF_RUNS: &[OfRuns] = &[
         "write -9.81",
     ),
     ("lighter than air", &["check"], ONE, "mass='.001'", "mass='.01'", "weighs 0.001 kg in 4.19 l, 0.239 kg/m³"),
-    ("no matter is so dense", &["check"], ONE, "mass='500'", "mass='50'", "weighs 500 kg in 4.19 l"),
+    ("no material is so dense", &["check"], ONE, "mass='500'", "mass='50'", "weighs 500 kg in 4.19 l"),
     (
         "lengths are in m",
         &["check"],
@@ -219,7 +219,7 @@ const OF_RUNS: &[OfRuns] = &[
         "has length 2",
     ),
     (
-        "thick together",
+        "total thickness",
         &["run", "--time", ".1", "--qvel", "@ 0 0 0 0 0"],
         WALL,
         "30",
@@ -370,7 +370,7 @@ const OF_RUNS: &[OfRuns] = &[
         LIMITED,
         "tutorial",
         "penalty",
-        "those of the scene do nothing",
+        "those of the scene have no effect",
     ),
 ];
 

@@ -65,7 +65,7 @@ pub fn choose(model: &Model, method: &Method, start: &State, seconds: f64, wante
     let case = Case { model: model.clone(), start: start.clone(), seconds };
     let choice = find(&case, method, wanted)?;
     let mut rows = account(&choice, wanted);
-    let twin = waiting("looking how fast errors grow".to_owned());
+    let twin = waiting("measuring how fast errors grow".to_owned());
     // Where controlled steps are too many to be followed, the scene's own will do.
     let own = || horizon::growth(&case, method, Stepping::Fixed(method.timestep));
     if let Ok(growth) = horizon::growth(&case, &choice.method, choice.stepping).or_else(|_| own()) {
@@ -129,7 +129,7 @@ fn trusted(growth: &Growth, wanted: f64, seconds: f64) -> String {
     match growth.doubling().filter(|d| *d < seconds) {
         None => "errors do not grow".to_owned(),
         // Two runs with other steps agree all the same: what the twins saw is a jump of a force, and no error grows so.
-        Some(_) if growth.horizon(wanted).is_some() => format!("runs of other steps agree to {}", si(wanted, "m")),
+        Some(_) if growth.horizon(wanted).is_some() => format!("runs with other steps agree to {}", si(wanted, "m")),
         Some(doubling) => format!("errors double in {} where they grow fastest", si(doubling, "s")),
     }
 }

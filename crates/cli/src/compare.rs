@@ -307,7 +307,7 @@ fn verdict(
     let (_, itself) = largest_difference(&kicked[..kicked.len().min(trusted + 1)], theirs);
     if itself > 0.3 * apart {
         return format!(
-            "no: the motion is chaotic; MuJoCo, kicked by {KICK:e}, ends {} from itself, and this law {} from it",
+            "no: the motion is chaotic; MuJoCo, kicked by {KICK:e}, ends {} from its own run, and this law {} from it",
             told(itself),
             told(apart)
         );

@@ -128,7 +128,7 @@ fn heavier(model: &Model) -> Option<String> {
     let body = model.bodies.iter().position(|body| body.gravcomp < 0.0)?;
     model.bodies.iter().all(|body| body.gravcomp <= 0.0).then(|| {
         format!(
-            "warning: the `gravcomp` of {} does nothing, as in MuJoCo: below 0 it counts only where that of some body is above 0",
+            "warning: the `gravcomp` of {} has no effect, as in MuJoCo: below 0 it counts only where that of some body is above 0",
             names::body(model, body)
         )
     })
@@ -181,7 +181,7 @@ fn masses(model: &Model) -> Vec<String> {
         }
     }
     [
-        several(&dense).map(|list| format!("warning: masses are in kg, and no matter is so dense: {list}")),
+        several(&dense).map(|list| format!("warning: masses are in kg, and no material is so dense: {list}")),
         several(&light).map(|list| format!("warning: masses are in kg and lengths in m; lighter than air: {list}")),
         several(&large).map(|list| format!("warning: lengths are in m: {list}")),
     ]
@@ -291,7 +291,7 @@ pub fn tunnels(
         }
         let [a_name, b_name] = [a, b].map(|g| names::geom(model, g));
         let mut text = format!(
-            "warning: {b_name} and {a_name} approach at {}, and are {} thick together",
+            "warning: {b_name} and {a_name} approach at {}, and have a total thickness of {}",
             si(speed, "m/s"),
             si(t, "m")
         );

@@ -195,7 +195,7 @@ fn can_be_written(out: &Path) -> Result<bool, Failure> {
     } else if end == "json" {
         format!("error: --out: `{name}` would be CSV: give a name that ends in .csv or .parquet")
     } else if out.exists() && !out.is_file() {
-        format!("error: --out: `{name}` is no file that could be replaced: name another one, such as worlds.csv")
+        format!("error: --out: `{name}` is not a file that can be replaced: name another one, such as worlds.csv")
     } else {
         return Ok(end == "parquet");
     };
@@ -252,7 +252,7 @@ impl Plan {
             } else if args.method.timestep.is_some() {
                 "--timestep and timestep set the same number: leave one out"
             } else if args.length.counted() {
-                "worlds of varied timestep run for the same time, not for so many --steps: give --time"
+                "worlds of different timesteps run for the same time, not for the same --steps: give --time"
             } else {
                 ""
             };

@@ -291,20 +291,20 @@ fn account(
     if !method.contact.joints && model.requires.limits + model.requires.frictionloss > 0 {
         rows.push([
             String::new(),
-            "it has no joint limits and no dry friction of joints: those of the scene do nothing".into(),
+            "it has no joint limits and no dry friction of joints: those of the scene have no effect".into(),
         ]);
     }
     let tied = model.tendons.iter().any(|t| t.range.is_some() || t.frictionloss > 0.0);
     if !method.contact.joints && (tied || model.requires.equalities > 0) {
         rows.push([
             String::new(),
-            "it has no equalities and no limits and dry friction of tendons: those of the scene do nothing".into(),
+            "it has no equalities and no limits and dry friction of tendons: those of the scene have no effect".into(),
         ]);
     }
     if model.opt.noslip_iterations > 0 && (method.contact.name != "mujoco" || method.integrator.implicit) {
         rows.push([
             String::new(),
-            "it has no second pass over friction: the scene's noslip_iterations do nothing".into(),
+            "it has no second pass over friction: the scene's noslip_iterations have no effect".into(),
         ]);
     }
     rows.push(["integrator".into(), format!("{}: {}", method.integrator.name, method.integrator.about)]);
@@ -316,7 +316,7 @@ fn account(
         rows.push([
             "rest".into(),
             format!(
-                "{touch}: none; by its formula {} deep, but a step falls g h² = {}: it hops, {} off to {} deep (see explain)",
+                "{touch}: none; the formula says {} deep, but a step falls by g h² = {}: it hops, from {} off to {} deep (see explain)",
                 si(rest, "m"),
                 si(fall, "m"),
                 si(-low, "m"),
@@ -342,7 +342,7 @@ fn account(
     let limit = safe(model, method, start, limit, budget);
     if budget.used_up() {
         let what =
-            format!("not all contacts and starts could be tried in {}: penny explain --all tries all", si(TRYING, "s"));
+            format!("not all contacts and starts could be tried in {}: penny explain --all tries everything", si(TRYING, "s"));
         rows.push(["left out".into(), what]);
     }
     if !model.keyframes.is_empty() {

@@ -366,7 +366,7 @@ impl LengthArgs {
         if steps <= MOST_STEPS as f64 {
             if self.time.is_some() && (steps * timestep - time).abs() > 1e-3 * time {
                 let [end, time] = [steps * timestep, time].map(|t| si(t, "s"));
-                eprintln!("warning: the run ends at {end}: {time} is no whole number of steps of {h}");
+                eprintln!("warning: the run ends at {end}: {time} is not a whole number of steps of {h}");
             }
             return Ok(steps as usize);
         }

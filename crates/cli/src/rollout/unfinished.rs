@@ -18,9 +18,9 @@ use penny_view::fnv::Fnv;
 /// Settings that are compared as a hash, and what is said where it differs.
 const HASHES: [(&str, &str); 4] = [
     (SCENE, "the scene has changed since"),
-    (OVERRIDES, "--friction, --solref, --solimp or --gravity was another"),
-    (START, "--key, --load-state, --qpos, --qvel or --ctrl was another"),
-    (TABLE, "--table was another, or had other columns or values"),
+    (OVERRIDES, "--friction, --solref, --solimp or --gravity was different"),
+    (START, "--key, --load-state, --qpos, --qvel or --ctrl was different"),
+    (TABLE, "--table was different, or had other columns or values"),
 ];
 const SCENE: &str = "scene";
 const OVERRIDES: &str = "overrides";
@@ -64,7 +64,7 @@ impl Unfinished {
         }
         if !resume {
             let why = format!(
-                "error: {} is there, from a rollout that was interrupted: --resume goes on with it; remove it to begin anew",
+                "error: {} is there, from a rollout that was interrupted: --resume continues it; remove it to begin anew",
                 path.display()
             );
             return Err(Failure::Usage(why));
@@ -76,7 +76,7 @@ impl Unfinished {
         while reader.read_line(&mut line).map_err(cannot)? > 0 && line.ends_with('\n') {
             let right = if length == 0 { line.trim_end() == header } else { line.starts_with(&format!("{rows},")) };
             if !right {
-                return Err(self.another("its columns or worlds are others"));
+                return Err(self.another("its columns or worlds are different"));
             }
             rows += usize::from(length > 0);
             length += line.len() as u64;
@@ -100,7 +100,7 @@ impl Unfinished {
             let (rows, settings) = (self.rows.display(), self.settings.display());
             let help = format!("remove {rows} to begin anew");
             Failure::Usage(format!(
-                "error: {rows} cannot be gone on with: {settings}, which says how its worlds were run, {why}; {help}"
+                "error: {rows} cannot be continued: {settings}, which says how its worlds were run, {why}; {help}"
             ))
         };
         let text = fs::read_to_string(&self.settings).map_err(|_| unknown("cannot be read"))?;

@@ -27,7 +27,7 @@ pub fn parse(text: &str) -> Result<Vary, String> {
         return Err(format!("{a} is above {b}: the smaller number comes first"));
     }
     if !(range[1] - range[0]).is_finite() {
-        return Err(format!("{a} and {b} are too far apart: their difference is no number"));
+        return Err(format!("{a} and {b} are too far apart: their difference is not finite"));
     }
     Ok(Vary { name: name.trim().to_owned(), range })
 }
@@ -117,13 +117,13 @@ impl Slot {
                     "{} has solref as (-stiffness, -damping), so the first number is at most 0",
                     names::geom(model, g)
                 )),
-                Some(_) => Err("the time constant of solref is above 0".to_owned()),
+                Some(_) => Err("the time constant of solref must be above 0".to_owned()),
                 None => Ok(()),
             },
             Slot::Mass(body) if x <= 0.0 && model.bodies[body].tree.is_some() => {
-                Err("the mass of a body that moves is above 0".to_owned())
+                Err("the mass of a body that moves must be above 0".to_owned())
             }
-            Slot::Timestep if x <= 0.0 => Err("a timestep is above 0".to_owned()),
+            Slot::Timestep if x <= 0.0 => Err("a timestep must be above 0".to_owned()),
             Slot::Timestep if seconds > 0.0 && (seconds / x).round() < 1.0 => {
                 Err(format!("{} is too short for such a step: give a longer --time", si(seconds, "s")))
             }
@@ -187,7 +187,7 @@ fn coordinate(text: &str, key: &str, model: &Model, position: bool) -> Result<us
         JointKind::Slide | JointKind::Hinge => Ok(if position { joint.qposadr } else { joint.dofadr }),
         JointKind::Ball | JointKind::Free => {
             let first = if position { joint.qposadr } else { joint.dofadr };
-            Err(format!("`{text}`: `{key}` has several numbers, from {first} on: name one by its place"))
+            Err(format!("`{text}`: `{key}` has several numbers, from {first} on: name one by its index"))
         }
     }
 }
