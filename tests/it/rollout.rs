@@ -185,7 +185,11 @@ fn another_table_is_not_gone_on_with() {
     killed(&args, &out);
     std::fs::write(&table, rows("2")).expect("a table");
     let run = penny(&[&args[..], &["--resume"]].concat());
-    assert!(run.status.code() == Some(2) && crate::said(&run).contains("--table was different"), "{}", crate::said(&run));
+    assert!(
+        run.status.code() == Some(2) && crate::said(&run).contains("--table was different"),
+        "{}",
+        crate::said(&run)
+    );
 }
 
 #[test]

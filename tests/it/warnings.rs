@@ -152,7 +152,7 @@ fn every_warning_of_the_reader_is_given_where_it_is_due_only() {
 type OfRuns = (&'static str, &'static [&'static str], &'static str, &'static str, &'static str, &'static str);
 const OF_RUNS: &[OfRuns] = &[
     (
-        "is no whole number of steps",
+        "is not a whole number of steps",
         &["run", "--time", "@"],
         OPEN,
         "0.005",
@@ -160,7 +160,7 @@ const OF_RUNS: &[OfRuns] = &[
         "the run ends at 6 ms: 5 ms is not a whole number of steps of 2 ms",
     ),
     (
-        "does nothing, as in MuJoCo",
+        "has no effect, as in MuJoCo",
         &["check"],
         "<mujoco><worldbody><body name='ball' gravcomp='-1'><freejoint/><geom size='.1'/></body><body pos='1 0 0' gravcomp='@'><geom size='.1'/></body></worldbody></mujoco>",
         "0",

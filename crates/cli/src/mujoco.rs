@@ -163,7 +163,8 @@ impl MuJoCo {
             RecvTimeoutError::Timeout => gone(&format!("it did not answer within {} s", patience.as_secs())),
             RecvTimeoutError::Disconnected => gone("it stopped answering"),
         })?;
-        let answer: Value = serde_json::from_str(&line).map_err(|_| gone("its answer cannot be read, or is too long"))?;
+        let answer: Value =
+            serde_json::from_str(&line).map_err(|_| gone("its answer cannot be read, or is too long"))?;
         match answer["error"].as_str() {
             Some(error) => {
                 let error: String = error.chars().take(2000).collect();

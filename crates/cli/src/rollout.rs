@@ -1,6 +1,8 @@
 //! `penny rollout`: many worlds of one scene, each with a start and parameters of its own, on all cores.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -19,7 +21,7 @@ use penny::draft::Draft;
 use penny::model::Model;
 use penny_lab::accuracy;
 use penny_lab::names;
-use penny_lab::record::{self, Recorder};
+use penny_lab::record::{self, Quantity, Recorder};
 use penny_lab::sweep::Case;
 
 mod unfinished;
@@ -104,48 +106,19 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     // The start is the model's: it was checked when it was read.
     base.restore(&start).map_err(|e| Failure::Problem(format!("error: {e}")))?;
     let plan = Plan::new(args, &base, seconds)?;
-    let mut header = vec!["world".to_owned()];
-    header.extend(plan.names.iter().cloned());
-    header.push("failed".to_owned());
     let wanted = args.accuracy.accuracy;
-    if wanted.is_some() {
-        header.extend(["method", "evaluations", "error m"].map(str::to_owned));
-    }
-    header.extend(record::columns(&model, &shown));
-    let header = header.iter().map(|name| record::quoted(name)).collect::<Vec<_>>().join(",");
+    let header = header(&plan, wanted.is_some(), &model, &shown);
     let unfinished = Unfinished::of(&args.out);
     let settings = settings(args, [&read, &model], &method, &start, seconds, &plan);
-    let (mut out, done) = unfinished.open(&settings, &header, args.resume, plan.worlds)?;
+    let (out, done) = unfinished.open(&settings, &header, args.resume, plan.worlds)?;
     let interrupt = Interrupt::watch()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(args.threads, plan.worlds - done)).build();
     let pool = pool.map_err(|e| Failure::Problem(format!("error: no threads: {e}")))?;
 
-    let progress = bar(plan.worlds, done);
     let before = Instant::now();
-    let (mut failures, mut world) = (0, done);
-    while world < plan.worlds && interrupt.code().is_none() {
-        let piece = world..(world + PIECE * pool.current_num_threads()).min(plan.worlds);
-        let run = |world: usize| plan.run(world, &base, seconds, &shown, wanted, &interrupt);
-        let rows: Vec<_> = pool.install(|| piece.clone().into_par_iter().map(run).collect());
-        for row in rows {
-            // The first world's that cannot be, whichever thread was first.
-            let row = row.inspect_err(|_| {
-                if piece.start == 0 {
-                    unfinished.remove()
-                }
-            })?;
-            // Up to the first one that a signal ended.
-            let Some((row, failed)) = row else { break };
-            failures += usize::from(failed);
-            writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
-            world += 1;
-        }
-        out.flush().map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
-        progress.set_position(world as u64);
-    }
-    progress.finish_and_clear();
+    let run = |world: usize| plan.run(world, &base, seconds, &shown, wanted, &interrupt);
+    let (world, failures) = write_rows(done..plan.worlds, run, &pool, out, &unfinished, &interrupt)?;
     let elapsed = before.elapsed().as_secs_f64();
-    drop(out);
     if let Some(code) = interrupt.code().filter(|_| world < plan.worlds) {
         eprintln!(
             "warning: interrupted after {world} of {}: they are in {}; go on with --resume",
@@ -181,6 +154,56 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// Runs the worlds, a piece at a time on all threads, and writes their rows in order. Out: the first world that has no row,
+/// and how many failed.
+///
+/// Errors: a row cannot be written, or a world cannot have its numbers; where that is known from the first piece on, nothing
+/// is left of the rollout.
+fn write_rows(
+    worlds: Range<usize>,
+    run: impl Fn(usize) -> Result<Option<(String, bool)>, Failure> + Sync,
+    pool: &rayon::ThreadPool,
+    mut out: BufWriter<File>,
+    unfinished: &Unfinished,
+    interrupt: &Interrupt,
+) -> Result<(usize, usize), Failure> {
+    let progress = bar(worlds.end, worlds.start);
+    let (mut failures, mut world) = (0, worlds.start);
+    while world < worlds.end && interrupt.code().is_none() {
+        let piece = world..(world + PIECE * pool.current_num_threads()).min(worlds.end);
+        let rows: Vec<_> = pool.install(|| piece.clone().into_par_iter().map(&run).collect());
+        for row in rows {
+            // The first world's that cannot be, whichever thread was first.
+            let row = row.inspect_err(|_| {
+                if piece.start == 0 {
+                    unfinished.remove()
+                }
+            })?;
+            // Up to the first one that a signal ended.
+            let Some((row, failed)) = row else { break };
+            failures += usize::from(failed);
+            writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
+            world += 1;
+        }
+        out.flush().map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
+        progress.set_position(world as u64);
+    }
+    progress.finish_and_clear();
+    Ok((world, failures))
+}
+
+/// The names of the columns, as CSV.
+fn header(plan: &Plan, to_an_accuracy: bool, model: &Model, shown: &[Quantity]) -> String {
+    let mut names = vec!["world".to_owned()];
+    names.extend(plan.names.iter().cloned());
+    names.push("failed".to_owned());
+    if to_an_accuracy {
+        names.extend(["method", "evaluations", "error m"].map(str::to_owned));
+    }
+    names.extend(record::columns(model, shown));
+    names.iter().map(|name| record::quoted(name)).collect::<Vec<_>>().join(",")
 }
 
 /// Checks the name of the results. Out: whether they are Parquet.
@@ -328,7 +351,7 @@ impl Plan {
         world: usize,
         base: &Simulation,
         seconds: f64,
-        shown: &[record::Quantity],
+        shown: &[Quantity],
         wanted: Option<f64>,
         interrupt: &Interrupt,
     ) -> Result<Option<(String, bool)>, Failure> {

@@ -341,8 +341,10 @@ fn account(
     let limit = limit.filter(|(limit, _)| *limit < explain::probe::LARGEST);
     let limit = safe(model, method, start, limit, budget);
     if budget.used_up() {
-        let what =
-            format!("not all contacts and starts could be tried in {}: penny explain --all tries everything", si(TRYING, "s"));
+        let what = format!(
+            "not all contacts and starts could be tried in {}: penny explain --all tries everything",
+            si(TRYING, "s")
+        );
         rows.push(["left out".into(), what]);
     }
     if !model.keyframes.is_empty() {

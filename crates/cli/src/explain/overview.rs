@@ -41,8 +41,11 @@ impl Limits {
             }
             return "\nNothing limits this scene: no spring or servo is stiff for its timestep, and no load goes deep.\n".to_owned();
         };
-        let heading =
-            if *margin > FAR { "Nothing limits this scene; the nearest limit is" } else { "What limits this scene most" };
+        let heading = if *margin > FAR {
+            "Nothing limits this scene; the nearest limit is"
+        } else {
+            "What limits this scene most"
+        };
         format!("\n{heading}\n  {text}\n")
     }
 
