@@ -21,8 +21,8 @@ use crate::state::{State, WrongState};
 
 /// Advances the state by one timestep.
 ///
-/// As in MuJoCo, poses, contacts and forces in `data` are then those at the beginning of the step; [`forward`] brings them
-/// up to date.
+/// As in MuJoCo, poses, contacts and forces in `data` are then those that the integrator evaluated last: at the beginning of
+/// the step, at the last stage of a Runge–Kutta method, at the end of an implicit step. [`forward`] brings them up to date.
 ///
 /// Errors: see [`StepError`]. Where the run diverged or had too many contacts, the state is what the failed step left;
 /// otherwise it is as it was.
@@ -110,8 +110,8 @@ fn check(model: &Model, method: &Method, state: &State) -> Result<(), StepError>
 /// the largest acceleration that a contact causes, under `mujoco` 1e-4 m/s².
 const CONVERGED: f64 = 1e-4;
 
-/// What every step begins with: [`forward`] at the state, the sensors there, and what the next step's contact law starts
-/// from.
+/// What a step begins with, unless it is implicit: [`forward`] at the state, the sensors there, and what the next step's
+/// contact law starts from.
 pub fn begin(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     forward(model, method, state, data);
     sensors::sense(model, method.contact, state, data);

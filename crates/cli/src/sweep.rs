@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::json;
+use serde_json::{Value, json};
 
 mod files;
 mod floors;
@@ -194,6 +194,16 @@ impl Args {
         if named.is_empty() { integrate::ALL.to_vec() } else { named }
     }
 
+    /// What a sweep's rows depend on: an interrupted one goes on with the same only.
+    fn settings(&self, case: &Case) -> Result<Value, Failure> {
+        Ok(json!({
+            "scene": self.scene().file_name().map(|n| n.to_string_lossy()), "model": case.model.name,
+            "hash": open_within(self.scene(), &self.limits.limits()).map_err(Failure::Problem)?.hash,
+            "time": self.time, "truth": truth_name(self.truth), "rounds": self.rounds,
+            "qpos": case.start.qpos, "qvel": case.start.qvel, "ctrl": case.start.ctrl,
+        }))
+    }
+
     /// The scene, where there is one.
     fn scene(&self) -> &Path {
         self.scenes.first().map_or(Path::new(""), PathBuf::as_path)
@@ -244,12 +254,7 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     let methods = grid::methods(&laws, &args.integrators(), &list, args.rounds);
     let smallest = list.iter().copied().fold(f64::INFINITY, f64::min);
 
-    let settings = json!({
-        "scene": args.scene().file_name().map(|n| n.to_string_lossy()), "model": case.model.name,
-        "hash": open_within(args.scene(), &args.limits.limits()).map_err(Failure::Problem)?.hash,
-        "time": args.time, "truth": truth_name(args.truth), "rounds": args.rounds,
-        "qpos": case.start.qpos, "qvel": case.start.qvel, "ctrl": case.start.ctrl,
-    });
+    let settings = args.settings(&case)?;
     let earlier = if args.resume { Earlier::read(&directory, &settings)? } else { Earlier::default() };
     let is_new = !directory.exists();
     fs::create_dir_all(&directory).map_err(cannot(&directory))?;
@@ -260,32 +265,7 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     }
     let (target, notes, unit) = found?;
     let mut files = Files::open(&directory, settings, &target, earlier, args.resume)?;
-    let todo: Vec<Method> = methods.iter().copied().filter(|m| !files.rows.iter().any(|r| grid::is_of(r, m))).collect();
-    let place = directory.display();
-    if todo.len() < methods.len() {
-        eprintln!("{place}: {} of {} rows are there already", methods.len() - todo.len(), methods.len());
-    }
-    if !todo.is_empty() {
-        eprintln!("{place}: rows are written as they are computed; --resume continues an interrupted sweep");
-    }
-    let bar = self::bar("accuracy", work(&todo));
-    let mut problem = None;
-    grid::accuracy(&case, &target, &todo, |row| {
-        bar.inc(row.steps as u64);
-        problem = files.append(row).err().or(problem.take());
-    });
-    bar.finish_and_clear();
-    problem.take().map_or(Ok(()), |e| Err(Failure::from(e)))?;
-
-    let bar = self::bar("cost", files.rows.len() as u64);
-    let mut rows = std::mem::take(&mut files.rows);
-    rows.sort_by(|a, b| (&a.law, &a.integrator).cmp(&(&b.law, &b.integrator)).then(a.timestep.total_cmp(&b.timestep)));
-    grid::costs(&case, &methods, &mut rows, |rows| {
-        bar.inc(1);
-        problem = files.rewrite(rows).err().or(problem.take());
-    });
-    bar.finish_and_clear();
-    problem.map_or(Ok(()), |e| Err(Failure::from(e)))?;
+    let rows = fill(&case, &target, &methods, &mut files, &directory)?;
 
     let name = args.scene().display().to_string();
     let uncertainty = uncertainties(&target);
@@ -306,6 +286,47 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     print!("{name}, {}\n{}\n{recommended}", si(args.time, "s"), notes.join("\n"));
     println!("{}: sweep.csv, sweep.json, sweep.svg, sweep.png", directory.display());
     Ok(())
+}
+
+/// Runs the methods that have no row yet, on all cores, and writes their rows; then times all of them, one after the other.
+///
+/// Out: the rows, by law, integrator and timestep.
+///
+/// Errors: they cannot be written.
+fn fill(
+    case: &Case,
+    target: &Target,
+    methods: &[Method],
+    files: &mut Files,
+    directory: &Path,
+) -> Result<Vec<Row>, Failure> {
+    let todo: Vec<Method> = methods.iter().copied().filter(|m| !files.rows.iter().any(|r| grid::is_of(r, m))).collect();
+    let place = directory.display();
+    if todo.len() < methods.len() {
+        eprintln!("{place}: {} of {} rows are there already", methods.len() - todo.len(), methods.len());
+    }
+    if !todo.is_empty() {
+        eprintln!("{place}: rows are written as they are computed; --resume continues an interrupted sweep");
+    }
+    let progress = bar("accuracy", work(&todo));
+    let mut problem = None;
+    grid::accuracy(case, target, &todo, |row| {
+        progress.inc(row.steps as u64);
+        problem = files.append(row).err().or(problem.take());
+    });
+    progress.finish_and_clear();
+    problem.take().map_or(Ok(()), |e| Err(Failure::from(e)))?;
+
+    let progress = bar("cost", files.rows.len() as u64);
+    let mut rows = std::mem::take(&mut files.rows);
+    rows.sort_by(|a, b| (&a.law, &a.integrator).cmp(&(&b.law, &b.integrator)).then(a.timestep.total_cmp(&b.timestep)));
+    grid::costs(case, methods, &mut rows, |rows| {
+        progress.inc(1);
+        problem = files.rewrite(rows).err().or(problem.take());
+    });
+    progress.finish_and_clear();
+    problem.map_or(Ok(()), |e| Err(Failure::from(e)))?;
+    Ok(rows)
 }
 
 /// Names and what each needs, a line each.
