@@ -19,7 +19,7 @@ use crate::values::fill;
 type Real<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Given<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 
-/// So many numbers, whatever the shape.
+/// This many numbers, whatever the shape.
 ///
 /// Errors: `TypeError` if there are more or fewer.
 fn numbers(name: &str, given: &Given, n: usize) -> PyResult<Vec<f64>> {

@@ -97,7 +97,7 @@ pub struct Island {
 const SHORT: usize = 16;
 
 impl Island {
-    /// Makes room for all trees in one island, with that many contacts, rows of joints and ties, whose rows have so many
+    /// Makes room for all trees in one island, with that many contacts, rows of joints and ties, whose rows have this many
     /// numbers.
     pub fn reserve(
         &mut self,

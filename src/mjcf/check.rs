@@ -590,7 +590,7 @@ impl<'a> Check<'a> {
 /// Words for what MJCF calls otherwise, and whose nearest name in MJCF is something else.
 const ELSEWHERE: &[(&str, &str)] = &[("kd", "kv")];
 
-/// The nearest of some names, of which so many are `left` to be compared.
+/// The nearest of some names, of which this many are `left` to be compared.
 fn nearest_of<'n>(left: &mut usize, name: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let mut seen = 0;
     let near = nearest(name, candidates.into_iter().take(*left).inspect(|_| seen += 1));

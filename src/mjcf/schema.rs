@@ -67,7 +67,7 @@ pub enum Kind {
     Text,
     /// One of these words.
     Keyword(&'static [&'static str]),
-    /// So many numbers; fewer than the maximum leave the rest at its default.
+    /// This many numbers; fewer than the maximum leave the rest at its default.
     Numbers(usize, usize),
     /// Whole numbers: how many at least and at most.
     Integers(usize, usize),
@@ -102,7 +102,7 @@ pub enum Lint {
     Raised(f64),
     /// From 0 to 1; pictures cut off what is beyond.
     Colour,
-    /// Seconds, from so many on.
+    /// Seconds; from this many on.
     TooLong(f64),
     /// kg/m³; what looks like g/cm³ is too little.
     Density,

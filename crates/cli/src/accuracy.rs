@@ -164,7 +164,7 @@ pub enum Stepper<'m> {
 }
 
 impl<'m> Stepper<'m> {
-    /// Errors: the start is none of the model.
+    /// Errors: the start does not suit the model.
     pub fn new(
         model: &'m Model,
         method: &Method,

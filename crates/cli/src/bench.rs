@@ -3,7 +3,7 @@
 //! Each scene runs for a second of simulated time, and the state it has reached is kept. Batches of steps start from
 //! that state again and again; the median of the batches counts. `--window 0..2` measures the first two seconds instead:
 //! what a step costs depends on what touches, and two engines need not touch alike. With `--against mujoco` every batch is followed by
-//! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine. `--worlds 1024` measures so many copies of the scene
+//! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine. `--worlds 1024` measures this many copies of the scene
 //! in one batch on all cores, beside MuJoCo's `rollout` on as many threads. `--instructions` counts what the processor does, which
 //! is the same however busy the machine is.
 

@@ -131,7 +131,7 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// What is compared: a scene and a method, from a start, for so many steps.
+/// What is compared: a scene under a method, from a start, over some steps.
 struct Question<'a> {
     path: &'a Path,
     model: &'a Model,

@@ -225,7 +225,7 @@ fn can_be_written(out: &Path) -> Result<bool, Failure> {
     Err(Failure::Usage(why))
 }
 
-/// How many threads run so many worlds; 0 is what rayon takes for all cores.
+/// How many threads run this many worlds; 0 is what rayon takes for all cores.
 fn threads(asked: Option<usize>, worlds: usize) -> usize {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     match asked {

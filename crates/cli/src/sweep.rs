@@ -170,7 +170,7 @@ impl Args {
         (list, note)
     }
 
-    /// Errors: wrong usage, if nobody could wait for a run of so many steps.
+    /// Errors: wrong usage, if nobody could wait for a run of this many steps.
     fn can_wait(&self, model: &Model) -> Result<(), Failure> {
         let smallest = match self.timesteps.as_ref().unwrap_or(&DEFAULT_TIMESTEPS) {
             _ if self.map.is_some() => model.opt.timestep,

@@ -92,7 +92,7 @@ pub fn descend(task: &Task, island: &mut Island, residual: f64, most: usize) -> 
     outcome
 }
 
-/// Makes a step so many times as long. Out: the residual.
+/// Makes a step this many times as long. Out: the residual.
 fn stretch(island: &mut Island, by: f64) -> f64 {
     let Island { w, p, constraints, .. } = island;
     p.iter_mut().zip(w).for_each(|(p, w)| *p = *w + by * (*p - *w));

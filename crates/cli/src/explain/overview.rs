@@ -33,7 +33,7 @@ impl Limits {
         self.found.push((margin, text));
     }
 
-    /// The one that limits most; where there is none, so much, if all was tried.
+    /// The one that limits most; that there is none, if there is none and all was tried.
     pub fn text(&self, all_tried: bool) -> String {
         let Some((margin, text)) = self.found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
             if !all_tried {

@@ -20,7 +20,7 @@ pub struct Floors {
     pub notes: Vec<String>,
 }
 
-/// A law's own error counts where it is so many times what halving the step still changes.
+/// A law's own error counts where it is this many times what halving the step still changes.
 const CLEAR: f64 = 3.0;
 /// Steps of the runs that tell how errors grow.
 const MOST_STEPS: f64 = 2e5;

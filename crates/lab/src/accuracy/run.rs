@@ -33,7 +33,7 @@ impl Choice {
 
     /// The run that was chosen, or one from another start or for another time (s).
     ///
-    /// Errors: start or time are none of the model's.
+    /// Errors: start or time do not suit the model.
     pub fn run<'m>(&self, model: &'m Model, start: &State, seconds: f64) -> Result<Run<'m>, Failed> {
         let way = match self.stepping {
             Stepping::Fixed(_) => {
