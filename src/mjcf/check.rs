@@ -463,29 +463,43 @@ impl<'a> Check<'a> {
     }
 
     fn numbers(&mut self, attribute: &Attribute, column: &Column, min: usize, max: usize) {
-        if self.separators(attribute, min, max) {
-            return;
-        }
-        let all = linted(attribute, column);
-        let mut found = 0;
-        for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
-            found = i + 1;
-            match word.parse::<f64>() {
-                Err(_) => {
-                    let kind = ProblemKind::NotANumber { word: word.into() };
-                    self.wrong(kind, attribute, i, suggestions::number(word, suggestions::unit_of(column.unit, i)));
-                }
-                Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => {
-                    let kind = ProblemKind::NumberTooLarge { word: word.into() };
-                    self.wrong(kind, attribute, i, "the largest is about `1.8e308`");
-                }
-                Ok(value) => self.rule(attribute, column, &all, value, word, i),
+        self.words(attribute, column, (min, max), "number", |word, i| match word.parse::<f64>() {
+            Err(_) => {
+                let help = suggestions::number(word, suggestions::unit_of(column.unit, i));
+                Err((ProblemKind::NotANumber { word: word.into() }, help))
             }
-        }
-        self.count(attribute, column, found, (min, max), "number");
+            Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => {
+                Err((ProblemKind::NumberTooLarge { word: word.into() }, "the largest is about `1.8e308`".into()))
+            }
+            Ok(value) => Ok(value),
+        });
     }
 
     fn integers(&mut self, attribute: &Attribute, column: &Column, min: usize, max: usize) {
+        self.words(attribute, column, (min, max), "whole number", |word, _| {
+            let digits = word.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit());
+            match word.parse::<i64>() {
+                Ok(value) if i32::try_from(value).is_ok() => Ok(value as f64),
+                Err(_) if !digits || word.len() <= 9 => {
+                    Err((ProblemKind::NotAnInteger { word: word.into() }, suggestions::integer(word)))
+                }
+                _ => {
+                    let help = format!("the largest is `{}`", i32::MAX).into();
+                    Err((ProblemKind::NumberTooLarge { word: word.into() }, help))
+                }
+            }
+        });
+    }
+
+    /// Every word of a value as a number, what that must be, and how many there are. `read`: a word as one, by its index.
+    fn words(
+        &mut self,
+        attribute: &Attribute,
+        column: &Column,
+        (min, max): (usize, usize),
+        what: &str,
+        read: impl Fn(&str, usize) -> Result<f64, (ProblemKind, Advice)>,
+    ) {
         if self.separators(attribute, min, max) {
             return;
         }
@@ -493,20 +507,12 @@ impl<'a> Check<'a> {
         let mut found = 0;
         for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
             found = i + 1;
-            let digits = word.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit());
-            match word.parse::<i64>() {
-                Ok(value) if i32::try_from(value).is_ok() => self.rule(attribute, column, &all, value as f64, word, i),
-                Err(_) if !digits || word.len() <= 9 => {
-                    let kind = ProblemKind::NotAnInteger { word: word.into() };
-                    self.wrong(kind, attribute, i, suggestions::integer(word));
-                }
-                _ => {
-                    let kind = ProblemKind::NumberTooLarge { word: word.into() };
-                    self.wrong(kind, attribute, i, format!("the largest is `{}`", i32::MAX));
-                }
+            match read(word, i) {
+                Ok(value) => self.rule(attribute, column, &all, value, word, i),
+                Err((kind, help)) => self.wrong(kind, attribute, i, help),
             }
         }
-        self.count(attribute, column, found, (min, max), "whole number");
+        self.count(attribute, column, found, (min, max), what);
     }
 
     /// A problem with the `index`-th word of a value.

@@ -165,7 +165,7 @@ const OF_RUNS: &[OfRuns] = &[
         "<mujoco><worldbody><body name='ball' gravcomp='-1'><freejoint/><geom size='.1'/></body><body pos='1 0 0' gravcomp='@'><geom size='.1'/></body></worldbody></mujoco>",
         "0",
         "1",
-        "the `gravcomp` of ball does nothing",
+        "the `gravcomp` of ball has no effect",
     ),
     (
         "the limit will throw it back",
