@@ -466,11 +466,12 @@ impl<'a> Check<'a> {
         self.words(attribute, column, (min, max), "number", |word, i| match word.parse::<f64>() {
             Err(_) => {
                 let help = suggestions::number(word, suggestions::unit_of(column.unit, i));
-                Err((ProblemKind::NotANumber { word: word.into() }, help))
+                Err(Box::new((ProblemKind::NotANumber { word: word.into() }, help)))
             }
-            Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => {
-                Err((ProblemKind::NumberTooLarge { word: word.into() }, "the largest is about `1.8e308`".into()))
-            }
+            Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => Err(Box::new((
+                ProblemKind::NumberTooLarge { word: word.into() },
+                "the largest is about `1.8e308`".into(),
+            ))),
             Ok(value) => Ok(value),
         });
     }
@@ -481,11 +482,11 @@ impl<'a> Check<'a> {
             match word.parse::<i64>() {
                 Ok(value) if i32::try_from(value).is_ok() => Ok(value as f64),
                 Err(_) if !digits || word.len() <= 9 => {
-                    Err((ProblemKind::NotAnInteger { word: word.into() }, suggestions::integer(word)))
+                    Err(Box::new((ProblemKind::NotAnInteger { word: word.into() }, suggestions::integer(word))))
                 }
                 _ => {
                     let help = format!("the largest is `{}`", i32::MAX).into();
-                    Err((ProblemKind::NumberTooLarge { word: word.into() }, help))
+                    Err(Box::new((ProblemKind::NumberTooLarge { word: word.into() }, help)))
                 }
             }
         });
@@ -498,7 +499,7 @@ impl<'a> Check<'a> {
         column: &Column,
         (min, max): (usize, usize),
         what: &str,
-        read: impl Fn(&str, usize) -> Result<f64, (ProblemKind, Advice)>,
+        read: impl Fn(&str, usize) -> Result<f64, Box<(ProblemKind, Advice)>>,
     ) {
         if self.separators(attribute, min, max) {
             return;
@@ -509,7 +510,7 @@ impl<'a> Check<'a> {
             found = i + 1;
             match read(word, i) {
                 Ok(value) => self.rule(attribute, column, &all, value, word, i),
-                Err((kind, help)) => self.wrong(kind, attribute, i, help),
+                Err(wrong) => self.wrong(wrong.0, attribute, i, wrong.1),
             }
         }
         self.count(attribute, column, found, (min, max), what);
