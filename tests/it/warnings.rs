@@ -363,7 +363,7 @@ const OF_RUNS: &[OfRuns] = &[
         "a, b, c touch in a row",
     ),
     ("for rest is little beside the fall", &["explain", "--timestep", "@"], MARBLE, "1e-3", "1e-4", "hops from"),
-    ("but a step falls g h²", &["run", "--timestep", "@"], MARBLE, "1e-3", "1e-4", "it hops"),
+    ("but a step falls by g h²", &["run", "--timestep", "@"], MARBLE, "1e-3", "1e-4", "it hops"),
     (
         "it has no joint limits and no dry friction of joints",
         &["run", "--contact", "@"],
