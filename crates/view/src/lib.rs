@@ -21,6 +21,7 @@ pub mod open;
 pub mod paint;
 pub mod pick;
 mod project;
+pub mod random;
 mod raster;
 pub mod scene;
 pub mod session;

@@ -6,6 +6,7 @@ use crate::scene::MOST_STEPS;
 use penny::Simulation;
 use penny::model::{JointKind, Model};
 use penny_lab::names;
+use penny_view::random;
 
 /// A number and its range.
 #[derive(Clone, Debug)]
@@ -192,19 +193,11 @@ fn coordinate(text: &str, key: &str, model: &Model, position: bool) -> Result<us
     }
 }
 
-/// A number from 0 to 1 that belongs to a seed, a world and a place (splitmix64).
-///
-/// Source: G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014.
+/// A number from 0 to 1 that belongs to a seed, a world and a place.
 pub fn random(seed: u64, world: usize, place: usize) -> f64 {
     let mut x = seed;
     for part in [world as u64, place as u64] {
-        x = mixed(x.wrapping_add(part.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+        x = random::mix(x.wrapping_add(part.wrapping_add(1).wrapping_mul(random::STEP)));
     }
     (x >> 11) as f64 / (1u64 << 53) as f64
-}
-
-fn mixed(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
