@@ -3,7 +3,8 @@
 //!     q′ = q ⊕ h (v + ½ h a),   v′ = v + ½ h (a + a′),   a = a(q, v),   a′ = a(q′, v + h a)
 //!
 //! For forces that do not depend on velocity this is Störmer and Verlet's method: symplectic, of second order, stable up
-//! to h ω = 2. Forces that do (dampers, friction, gyroscopic ones) are asked at a predicted velocity.
+//! to h ω = 2. Forces that do (dampers, friction, gyroscopic ones) are asked at a predicted velocity. Sensors and activations
+//! of actuators are left out.
 //!
 //! To make it an integrator of the program, put its record into `src/integrate/` and into `integrate::ALL`.
 //!

@@ -91,7 +91,7 @@ pub struct Effort {
 pub enum Failed {
     /// The shortest step could not be taken.
     Step(StepError),
-    /// So many steps are not enough; the time that was reached, s.
+    /// This many steps are not enough; the time that was reached, s.
     TooManySteps(usize, f64),
     /// The integrator does not estimate its error.
     NoEstimate(&'static str),
@@ -128,7 +128,7 @@ impl<'m> Controlled<'m> {
     ///
     /// `method.timestep` is the step that is tried first, s.
     ///
-    /// Errors: [`Failed::NoEstimate`]; [`Failed::Tolerance`]; [`Failed::Step`] where timestep or state are none of the model's.
+    /// Errors: [`Failed::NoEstimate`]; [`Failed::Tolerance`]; [`Failed::Step`] where timestep or state do not suit the model.
     pub fn new(
         model: &'m Model,
         method: &Method,

@@ -26,13 +26,13 @@ pub struct Data {
     pub xpos: Vec<Vec3>,
     /// Orientation of each body.
     pub xquat: Vec<Quat>,
-    /// The same as a matrix.
+    /// The same as a matrix: columns are the body's axes.
     pub xmat: Vec<Mat3>,
-    /// Anchor (m) and unit axis of each joint in the world.
+    /// Anchor of each joint, m.
     pub xanchor: Vec<Vec3>,
     /// Axis of each joint, unit vector.
     pub xaxis: Vec<Vec3>,
-    /// Poses of the geoms that take part in collisions; others are never computed.
+    /// Centres of the geoms that take part in collisions, m; others are never computed.
     pub geom_xpos: Vec<Vec3>,
     /// Their axes, as columns.
     pub geom_xmat: Vec<Mat3>,
@@ -40,7 +40,7 @@ pub struct Data {
     pub movers: Vec<Mover>,
 
     // Smooth dynamics.
-    /// Velocity-dependent and gravity forces with a minus sign on the left of M a + bias = force (nv).
+    /// Bias force c of M a + c = force: Coriolis, centrifugal and gravity (nv).
     pub qfrc_bias: Vec<f64>,
     /// Springs and dampers (nv).
     pub qfrc_passive: Vec<f64>,
@@ -75,25 +75,24 @@ pub struct Data {
     pub qfrc_smooth: Vec<f64>,
     /// Acceleration without contact and other constraint forces (nv).
     pub qacc_smooth: Vec<f64>,
-    /// Inertia matrix without what is zero, and its factor: rows as in [`factor`](crate::dynamics::factor); free trees have
-    /// none. [`dense_m`](crate::dynamics::dense_m) writes it out.
+    /// Inertia matrix without what is zero, rows as in [`factor`](crate::dynamics::factor); free trees have none.
+    /// [`dense_m`](crate::dynamics::dense_m) writes it out.
     pub qm_rows: Vec<f64>,
-    /// The factor.
+    /// Its factor, in the same layout.
     pub qld: Vec<f64>,
 
     // Scratch of trees that are not free bodies: six-vectors in world axes about the tree's first body.
     /// Twist that each dof causes (nv).
     pub cdof: Vec<Vec6>,
-    /// Twist of each body. Of each body with joints, as one with what is welded to it: acceleration, force, inertia,
-    /// and inertia with all that hangs on it.
+    /// Twist of each body.
     pub cvel: Vec<Vec6>,
-    /// Acceleration.
+    /// Acceleration of each body with joints. Here and below such a body counts as one with what is welded to it.
     pub cacc: Vec<Vec6>,
-    /// Force.
+    /// Force on it.
     pub cfrc: Vec<Vec6>,
-    /// Inertia.
+    /// Its inertia.
     pub cinert: Vec<Inertia>,
-    /// Inertia with all that hangs on it.
+    /// Its inertia with all that hangs on it.
     pub crb: Vec<Inertia>,
     /// The same of trees that move in a plane.
     pub planar: plane::Scratch,
@@ -115,7 +114,7 @@ pub struct Data {
     // Result.
     /// Acceleration (nv).
     pub qacc: Vec<f64>,
-    /// Generalized force of contacts, limits and dry friction (nv).
+    /// Generalized force of all constraints: contacts, limits, dry friction and equalities (nv).
     pub qfrc_constraint: Vec<f64>,
     /// What the scene's sensors measured, one after the other: see [`crate::sensors`].
     pub sensordata: Vec<f64>,
@@ -322,7 +321,8 @@ pub enum JointRowKind {
 pub struct Outcome {
     /// Newton iterations, each one linear system.
     pub iterations: usize,
-    /// Norm of the gradient at the end over the trace of M, as MuJoCo reports it.
+    /// What is left of the equations. `mujoco`: norm of the gradient over the trace of M, as MuJoCo reports it. `penalty`:
+    /// see [`residual`](crate::contact::penalty::residual::residual). 0 where the forces are formulas.
     pub residual: f64,
 }
 
@@ -342,7 +342,7 @@ pub struct Counts {
     pub contacts: usize,
     /// Searches for contacts that found more than the scene may have, and so kept none.
     pub crowded: usize,
-    /// Scalar constraint rows set up (contact directions, limits, dry friction).
+    /// Scalar constraint rows set up (contact directions, limits, dry friction, equalities).
     pub rows: usize,
     /// Linear systems solved by the contact law.
     pub solves: usize,

@@ -13,7 +13,7 @@ pub struct Diverged {
     pub time: f64,
     /// Index of the body.
     pub body: usize,
-    /// `qpos`, `qvel` or `qacc`, and its index.
+    /// `qpos`, `qvel` or `qacc`.
     pub quantity: &'static str,
     /// Index of the number in that quantity.
     pub index: usize,

@@ -3,8 +3,8 @@
 //!     M q̈ + c = τ + Jᵀ f
 //!
 //! M inertia matrix, c bias forces (gravity, Coriolis, centrifugal), τ springs, dampers, actuators and applied forces, J
-//! rows of contacts, joint limits and dry friction, f their forces. [`forward`] finds q̈ at a state, pass by pass, and an
-//! integrator moves the state along.
+//! rows of the constraints (contacts, limits, dry friction, equalities), f their forces. [`forward`] finds q̈ at a state,
+//! pass by pass, and an integrator moves the state along.
 
 use std::fmt;
 
@@ -21,10 +21,11 @@ use crate::state::{State, WrongState};
 
 /// Advances the state by one timestep.
 ///
-/// As in MuJoCo, poses, contacts and forces in `data` are then those at the beginning of the step; [`forward`] brings them
-/// up to date.
+/// As in MuJoCo, poses, contacts and forces in `data` are then those that the integrator evaluated last: at the beginning of
+/// the step, at the last stage of a Runge–Kutta method, at the end of an implicit step. [`forward`] brings them up to date.
 ///
-/// Errors: see [`StepError`]. Where the run diverged or was crowded the state is what the failed step left, otherwise as it was.
+/// Errors: see [`StepError`]. Where the run diverged or had too many contacts, the state is what the failed step left;
+/// otherwise it is as it was.
 pub fn step(model: &Model, method: &Method, state: &mut State, data: &mut Data) -> Result<(), StepError> {
     check(model, method, state)?;
     data.follow(model);
@@ -51,12 +52,12 @@ pub enum StepError {
     Crowded {
         /// When the step began, s.
         time: f64,
-        /// As many as it may have.
+        /// The most that it may have.
         most: usize,
     },
     /// The timestep is not above zero, s.
     Timestep(f64),
-    /// The state is none of this model.
+    /// The state does not belong to this model.
     State(WrongState),
 }
 
@@ -105,12 +106,12 @@ fn check(model: &Model, method: &Method, state: &State) -> Result<(), StepError>
     state.suits(model).map_err(StepError::State)
 }
 
-/// A step whose contact forces are left with a larger residual than this counts as unconverged: a hundredth of a percent of
-/// the weight that a contact carries.
+/// A step whose contact forces are left with a larger residual than this counts as unconverged: under `penalty` 0.01 % of
+/// the largest acceleration that a contact causes, under `mujoco` 1e-4 m/s².
 const CONVERGED: f64 = 1e-4;
 
-/// What every step begins with: [`forward`] at the state, the sensors there, and what the next step's contact law starts
-/// from.
+/// What a step begins with, unless it is implicit: [`forward`] at the state, the sensors there, and what the next step's
+/// contact law starts from.
 pub fn begin(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     forward(model, method, state, data);
     sensors::sense(model, method.contact, state, data);

@@ -21,6 +21,9 @@ pub type Quat = nalgebra::UnitQuaternion<f64>;
 /// MuJoCo's `mjMINVAL`: below this a length, mass or denominator counts as zero.
 pub const MIN_VAL: f64 = 1e-15;
 
+/// MuJoCo's `mjMINMU`: friction coefficients of contacts are at least this.
+pub const MIN_MU: f64 = 1e-5;
+
 /// A quaternion from [w, x, y, z], normalised; a zero quaternion becomes the identity, as in MuJoCo.
 #[inline]
 pub fn quat(wxyz: &[f64]) -> Quat {
@@ -83,11 +86,17 @@ pub fn between(a: &Quat, b: &Quat) -> Vec3 {
     v * (angle / sine)
 }
 
-/// [`exp`] of an angle (rad) about a unit axis.
+/// [`exp`] of an angle (rad) about a unit axis, for steps: small angles by series.
 #[inline]
 pub fn turn(axis: &Vec3, angle: f64) -> Quat {
     let (sin, cos) = sin_cos(0.5 * angle);
     Quat::new_unchecked(nalgebra::Quaternion::new(cos, axis.x * sin, axis.y * sin, axis.z * sin))
+}
+
+/// The same for poses in files: exact to the last bit at any angle, and normalised.
+pub fn axis_angle(axis: &Vec3, angle: f64) -> Quat {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    quat(&[cos, axis.x * sin, axis.y * sin, axis.z * sin])
 }
 
 /// Product of turns by three angles (rad) about the axes that `sequence` names: x, y, z about the turned axes, each
@@ -99,8 +108,7 @@ pub fn euler(sequence: &[u8; 3], angles: &[f64; 3]) -> Quat {
             b'y' => Vec3::y(),
             _ => Vec3::z(),
         };
-        let (sin, cos) = (0.5 * angle).sin_cos();
-        let factor = quat(&[cos, axis.x * sin, axis.y * sin, axis.z * sin]);
+        let factor = axis_angle(&axis, *angle);
         if letter.is_ascii_lowercase() { q * factor } else { factor * q }
     })
 }

@@ -160,7 +160,7 @@ pub struct ContactOverride {
     pub solref: [f64; 2],
     /// d0, dwidth, width (m), midpoint, power.
     pub solimp: [f64; 5],
-    /// Distance at which a contact or limit begins to push, m (rad for an angle).
+    /// Distance at which a contact begins to push, m.
     pub margin: f64,
 }
 
@@ -171,9 +171,9 @@ pub struct Flags {
     pub constraint: bool,
     /// Equalities.
     pub equality: bool,
-    /// Dry friction of joints.
+    /// Dry friction of joints and tendons.
     pub frictionloss: bool,
-    /// Limits of joints.
+    /// Limits of joints and tendons.
     pub limit: bool,
     /// Contacts.
     pub contact: bool,
@@ -210,13 +210,13 @@ pub struct Body {
     pub name: String,
     /// Index of the body that it is attached to.
     pub parent: usize,
-    /// Pose in the parent's frame: m, unit quaternion.
+    /// Position in the parent's frame, m.
     pub pos: Vec3,
     /// Orientation.
     pub quat: Quat,
-    /// Inertial frame in the body's frame.
+    /// Centre of mass in the body's frame, m.
     pub ipos: Vec3,
-    /// Its axes.
+    /// Principal axes of inertia in the body's frame.
     pub iquat: Quat,
     /// kg
     pub mass: f64,
@@ -248,9 +248,9 @@ pub struct Joint {
     pub kind: JointKind,
     /// The body that it belongs to.
     pub body: usize,
-    /// Anchor in the body's frame (m) and unit axis.
+    /// Anchor in the body's frame, m.
     pub pos: Vec3,
-    /// Axis, in the body's frame.
+    /// Unit axis in the body's frame.
     pub axis: Vec3,
     /// Where its numbers begin in qpos.
     pub qposadr: usize,
@@ -300,7 +300,7 @@ pub struct Dof {
 pub struct Visual {
     /// The body that it belongs to.
     pub body: usize,
-    /// Pose in the body's frame.
+    /// Position in the body's frame, m.
     pub pos: Vec3,
     /// Orientation.
     pub quat: Quat,
@@ -319,7 +319,7 @@ pub struct Geom {
     pub kind: GeomKind,
     /// The body that it belongs to.
     pub body: usize,
-    /// Pose in the body's frame.
+    /// Position in the body's frame, m.
     pub pos: Vec3,
     /// Orientation.
     pub quat: Quat,
@@ -346,7 +346,7 @@ pub struct Geom {
     pub solref: [f64; 2],
     /// d0, dwidth, width (m), midpoint, power.
     pub solimp: [f64; 5],
-    /// Distance at which a contact or limit begins to push, m (rad for an angle).
+    /// Distance at which a contact begins to push, m.
     pub margin: f64,
     /// Further distance at which a contact is listed without pushing, m.
     pub gap: f64,
@@ -374,7 +374,7 @@ pub struct Site {
     pub name: String,
     /// The body that it belongs to.
     pub body: usize,
-    /// Pose in the body's frame.
+    /// Position in the body's frame, m.
     pub pos: Vec3,
     /// Orientation.
     pub quat: Quat,
@@ -391,7 +391,7 @@ pub struct Camera {
     pub name: String,
     /// The body that it belongs to.
     pub body: usize,
-    /// Pose in the body's frame: it looks along −z, y is up in the picture.
+    /// Position in the body's frame, m. The camera looks along −z; y is up in the picture.
     pub pos: Vec3,
     /// Orientation.
     pub quat: Quat,
@@ -412,7 +412,7 @@ pub struct Tendon {
     pub path: Path,
     /// Shortest and longest length, m (of fixed tendons that of coef times q).
     pub range: Option<[f64; 2]>,
-    /// Distance from a limit at which it begins to push.
+    /// Distance from a limit at which it begins to push, m.
     pub margin: f64,
     /// `solref` of its limits.
     pub solref_limit: [f64; 2],
@@ -424,7 +424,7 @@ pub struct Tendon {
     pub solimp_friction: [f64; 5],
     /// Coefficients of its spring, by powers of the stretch beyond `lengthspring`: N/m, N/m², N/m³.
     pub stiffness: [f64; 3],
-    /// Between these lengths its spring is slack.
+    /// Between these lengths its spring is slack, m.
     pub lengthspring: [f64; 2],
     /// Coefficients of its damper, by powers of its velocity: N s/m, N s²/m², N s³/m³.
     pub damping: [f64; 3],
@@ -434,7 +434,7 @@ pub struct Tendon {
     pub armature: f64,
     /// Bounds of what all actuators together exert along it, N.
     pub actfrcrange: Option<[f64; 2]>,
-    /// Its length at `qpos0`.
+    /// Its length at `qpos0`, m.
     pub length0: f64,
     /// J M⁻¹ Jᵀ at `qpos0`, 1/kg.
     pub invweight0: f64,
@@ -880,9 +880,9 @@ pub struct Requirements {
     pub largest_matrix: usize,
     /// Whether joints couple bodies: some tree has more than one body that moves by its own joints.
     pub coupled: bool,
-    /// Geom pairs listed, and geoms among which a broad phase looks for more.
+    /// Geom pairs listed.
     pub pairs: usize,
-    /// Geoms of the broad phase.
+    /// Geoms among which a broad phase looks for more.
     pub swept: usize,
     /// Pairs of shapes that need a collider, lower kind first. Sorted.
     pub colliders: Vec<[GeomKind; 2]>,
@@ -890,7 +890,7 @@ pub struct Requirements {
     pub colliding_geoms: Vec<usize>,
     /// The largest condim that occurs; 0 without contacts.
     pub condim: usize,
-    /// Joints with limits, springs, dampers, dry friction, armature.
+    /// Joints with limits.
     pub limits: usize,
     /// Joints with springs.
     pub springs: usize,

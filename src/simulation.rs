@@ -26,8 +26,8 @@ use crate::state::{State, WrongState};
 /// Units are SI: m, s, kg, rad, N. Vectors are in world axes unless something else is said, quaternions are (w, x, y, z).
 ///
 /// As in MuJoCo, what is read after [`step`](Simulation::step) other than `qpos`, `qvel` and `time` (poses, contacts, forces)
-/// belongs to the beginning of that step: they are what moved the state to where it now is. [`forward`](Simulation::forward)
-/// brings them up to date.
+/// belongs to the beginning of that step, or to what its integrator evaluated last ([`step`](crate::forward::step)): it is what
+/// moved the state to where it now is. [`forward`](Simulation::forward) brings it up to date.
 #[derive(Clone, Debug)]
 pub struct Simulation {
     model: Arc<Model>,
@@ -535,7 +535,7 @@ impl Joint<'_> {
     pub fn qvel(&self) -> &[f64] {
         &self.sim.state.qvel[self.dofs()]
     }
-    /// Forces of contacts, limits and dry friction on its degrees of freedom, N or N m.
+    /// Forces of contacts, limits, dry friction and equalities on its degrees of freedom, N or N m.
     pub fn constraint_force(&self) -> &[f64] {
         &self.sim.data.qfrc_constraint[self.dofs()]
     }

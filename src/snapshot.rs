@@ -34,7 +34,7 @@ pub enum Damaged {
 impl fmt::Display for Damaged {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Damaged::Foreign => "this is no state saved by Penny, or one of a later version",
+            Damaged::Foreign => "this is not a state saved by Penny, or it is one of a later version",
             Damaged::Length => "the saved state is incomplete, or something follows it",
             Damaged::Content => "the saved state is damaged",
         })

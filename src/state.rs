@@ -41,11 +41,11 @@ pub struct State {
     pub qfrc_applied: Vec<f64>,
     /// Acceleration of the last step (nv): where the `mujoco` law's solver starts. Other laws leave it alone.
     pub qacc_warmstart: Vec<f64>,
-    /// Forces of contacts and joints of the last step: where the `penalty` law starts.
+    /// Forces of the constraints in the last step: where the `penalty` law starts.
     pub warm: Vec<Warm>,
 }
 
-/// The force of one contact, joint limit or dry friction, remembered by what it is, not by its place in the list.
+/// The force of one contact, limit, dry friction or equality, remembered by what it is, not by its place in the list.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Warm {
     /// What it belongs to.
@@ -76,7 +76,7 @@ pub enum Start {
     Forces,
 }
 
-/// A list of a state has not the length that the model asks for.
+/// A list of a state does not have the length that the model asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WrongState {
     /// `qpos`, `qvel` …
@@ -90,7 +90,7 @@ pub struct WrongState {
 impl fmt::Display for WrongState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let WrongState { list, has, wants } = self;
-        write!(f, "{list} has {has} numbers where the model has {wants}: it is no state of this model")
+        write!(f, "{list} has {has} numbers where the model has {wants}: it is not a state of this model")
     }
 }
 
@@ -123,7 +123,7 @@ impl State {
 
     /// Whether its lists have the lengths that a model asks for.
     ///
-    /// Errors: the first list that has not.
+    /// Errors: the first list that does not.
     #[inline]
     pub fn suits(&self, model: &Model) -> Result<(), WrongState> {
         let off = self.lengths(model).into_iter().fold(0, |off, (_, has, wants)| off | (has ^ wants));
@@ -188,7 +188,7 @@ impl State {
 
     /// Keeps what the next step's contact law starts from, and nothing else.
     ///
-    /// Reads: qacc, contacts.
+    /// Reads: qacc, or the forces of contacts, joint rows and ties.
     pub fn remember(&mut self, start: Start, data: &Data) {
         self.warm.clear();
         match start {
@@ -205,7 +205,8 @@ impl State {
         }
     }
 
-    /// Gives contacts that push and joint rows the forces that the last step remembered for them; new ones start from nothing.
+    /// Gives contacts that push, joint rows and ties the forces that the last step remembered for them; new ones start from
+    /// nothing.
     pub fn recall(&self, model: &Model, data: &mut Data) {
         let mut memory = Memory { warm: &self.warm, next: 0 };
         for contact in &mut data.contacts {

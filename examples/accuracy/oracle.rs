@@ -19,7 +19,7 @@ use penny_lab::accuracy::survey::Samples;
 use penny_lab::sweep::Case;
 use penny_lab::sweep::trajectory::{distance, poses};
 
-/// Fixed steps in a run: so many that are longer than the time between samples, and so many a sample.
+/// Fixed steps in a run that are longer than the time between samples, and fixed steps a sample.
 const LONG: [usize; 3] = [8, 16, 32];
 const EACH: [usize; 2] = [2, 3];
 /// Tolerances of controlled runs, in parts of what is wanted: powers of √10.
@@ -58,10 +58,10 @@ pub struct Proof {
     pub ladder: usize,
 }
 
-/// Nothing is sought beyond so many times the cheapest fixed steps.
+/// Nothing is sought beyond this many times the cheapest fixed steps.
 const MOST: usize = 4;
 
-/// The cheapest proofs of an accuracy (m), beside fixed steps that took so many evaluations; what is not found is `MOST` times that.
+/// The cheapest proofs of an accuracy (m), beside fixed steps that took this many evaluations; what is not found is `MOST` times that.
 pub fn cheapest(case: &Case, law: &'static Law, wanted: f64, truth: &Samples, fixed: usize) -> Proof {
     let best = Proof { two: MOST * fixed, ladder: MOST * fixed };
     let mut search = Search { case, law, wanted, truth, runs: Vec::new(), fixed, best };
@@ -92,7 +92,7 @@ impl Search<'_> {
         Method { contact: self.law, integrator, timestep, rounds: ROUNDS }
     }
 
-    /// Tries a run of so many steps. Out: whether a finer one may still be of use.
+    /// Tries a run of this many steps. Out: whether a finer one may still be of use.
     fn fixed(&mut self, integrator: &'static Integrator, steps: usize) -> bool {
         let case = self.case;
         let (stride, each) = ((SAMPLES / steps).max(1), (steps / SAMPLES).max(1));

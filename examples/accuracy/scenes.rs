@@ -10,7 +10,7 @@ use penny_lab::sweep::Case;
 /// Random scenes of a kind.
 const RANDOM: usize = 20;
 
-/// All cases: name, and the scene for so many seconds.
+/// All cases: name, and the scene for this many seconds.
 pub fn all(seconds: f64) -> Result<Vec<(String, Case)>, Box<dyn Error>> {
     let mut files: Vec<_> = std::fs::read_dir("models")?.map(|e| e.map(|e| e.path())).collect::<Result<_, _>>()?;
     files.retain(|f| f.extension().is_some_and(|e| e == "xml"));

@@ -21,7 +21,7 @@ pub static METHOD: Integrator = Integrator {
 fn advance(model: &Model, method: &Method, state: &mut State, data: &mut Data) {
     let h = method.timestep;
     forward(model, method, state, data);
-    // Scratch of the integrators: half the kick so far, and the velocity in the middle of the step.
+    // Scratch of the integrators: acceleration and velocity at the start, and the velocity in the middle of the step.
     data.stages.acc.copy_from_slice(&data.qacc);
     data.stages.qvel.copy_from_slice(&state.qvel);
     data.stages.rate.copy_from_slice(&state.qvel);

@@ -430,7 +430,8 @@ class MjOption:
     """Options of a model; what is set takes effect at the next step.
 
     `law` is Penny's: 'mujoco' (the default in this module), 'penalty', 'tutorial'. `integrator` takes MuJoCo's numbers
-    (`mjtIntegrator`) and Penny's names: 'explicit-euler', 'semi-implicit-euler', 'implicit-euler', 'rk4', 'implicitfast'."""
+    (`mjtIntegrator`) and Penny's names: 'explicit-euler', 'semi-implicit-euler', 'implicit-euler', 'rk4', 'implicitfast',
+    'cash-karp', 'extrapolated-euler'."""
 
     cone: int
     density: float

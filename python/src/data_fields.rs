@@ -67,7 +67,7 @@ fn each_moment(c: &mut Core) -> Vec<Vec<(usize, f64)>> {
     quantities::moments(&c.model, &c.at, &mut c.data)
 }
 
-/// So many numbers as there is room for, zeros behind those that there are.
+/// As many numbers as there is room for: those that there are, then zeros.
 fn filled(c: &Core, out: &mut Vec<f64>, numbers: impl Iterator<Item = f64>) {
     out.extend(numbers);
     out.resize(quantities::moment_room(&c.model), 0.0);

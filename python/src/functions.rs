@@ -46,7 +46,7 @@ impl<'py, T: numpy::Element> std::ops::Deref for Out<'py, T> {
 type Real<'py> = Out<'py>;
 type Given<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 
-/// So many numbers, whatever the shape.
+/// This many numbers, whatever the shape.
 ///
 /// Errors: `TypeError` if there are more or fewer.
 fn numbers(name: &str, given: &Given, n: usize) -> PyResult<Vec<f64>> {

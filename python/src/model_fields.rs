@@ -43,7 +43,7 @@ impl Per {
     }
 }
 
-/// Numbers in a row: one, and then the array has one dimension; so many; or as many as the model says.
+/// Numbers in a row: one, and then the array has one dimension; a fixed number; or as many as the model says.
 #[derive(Clone, Copy, Debug)]
 pub enum Width {
     One,

@@ -14,8 +14,11 @@ pub fn actuators(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) 
     if spec.actuators.is_empty() {
         return Vec::new();
     }
-    let (joints, sites) = (world.joint_names(), world.site_names());
-    let tendon_names = Names::new("tendon", tendons.iter().map(|t| t.name.as_str()));
+    let targets = Targets {
+        joints: world.joint_names(),
+        sites: world.site_names(),
+        tendons: Names::new("tendon", tendons.iter().map(|t| t.name.as_str())),
+    };
     let mut actuators = Vec::new();
     let mut na = 0;
     for a in &spec.actuators {
@@ -23,32 +26,7 @@ pub fn actuators(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) 
         let mut ctrlrange = range(a, "ctrlrange", a.ctrlrange, a.ctrllimited, autolimits, log);
         let forcerange = range(a, "forcerange", a.forcerange, a.forcelimited, autolimits, log);
         let mut actrange = range(a, "actrange", a.actrange, a.actlimited, autolimits, log);
-        let site = |name: &String, attribute: &str, log: &mut Log| sites.find(name, a.node, attribute, log);
-        let transmission = match &a.transmission {
-            spec::Transmission::Joint(name) => joints.find(name, a.node, "joint", log).map(Transmission::Joint),
-            spec::Transmission::JointInParent(name) => {
-                joints.find(name, a.node, "jointinparent", log).map(Transmission::JointInParent)
-            }
-            spec::Transmission::Site { site: name, reference } => site(name, "site", log).and_then(|site_| {
-                let reference = reference.as_ref().map(|name| site(name, "refsite", log));
-                match reference {
-                    None => Some(Transmission::Site { site: site_, reference: None }),
-                    Some(found) => found.map(|r| Transmission::Site { site: site_, reference: Some(r) }),
-                }
-            }),
-            spec::Transmission::Tendon(name) => {
-                tendon_names.find(name, a.node, "tendon", log).map(Transmission::Tendon)
-            }
-            spec::Transmission::SliderCrank { crank, slider, rod } => {
-                let found = (site(crank, "cranksite", log), site(slider, "slidersite", log));
-                match found {
-                    (Some(crank), Some(slider)) => Some(Transmission::SliderCrank { crank, slider, rod: *rod }),
-                    _ => None,
-                }
-            }
-            spec::Transmission::None => None,
-        };
-        let Some(transmission) = transmission else { continue };
+        let Some(transmission) = targets.transmission(a, log) else { continue };
         // A `general` may have it from the class of a servo without being one.
         if a.inheritrange > 0.0 && a.gain == [-a.bias[1], 0.0, 0.0] {
             let inherited = inherited(world, tendons, a, transmission, log);
@@ -85,6 +63,42 @@ pub fn actuators(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) 
         });
     }
     actuators
+}
+
+/// What an actuator can act on, by name.
+struct Targets<'a> {
+    joints: Names<'a>,
+    sites: Names<'a>,
+    tendons: Names<'a>,
+}
+
+impl Targets<'_> {
+    /// What an actuator acts on; `None` if a name was not found, which is reported.
+    fn transmission(&self, a: &spec::Actuator, log: &mut Log) -> Option<Transmission> {
+        let mut site = |name: &str, attribute: &str| self.sites.find(name, a.node, attribute, log);
+        match &a.transmission {
+            spec::Transmission::Site { site: name, reference } => {
+                let at = site(name, "site")?;
+                let reference = match reference {
+                    Some(name) => Some(site(name, "refsite")?),
+                    None => None,
+                };
+                Some(Transmission::Site { site: at, reference })
+            }
+            spec::Transmission::SliderCrank { crank, slider, rod } => {
+                let (crank, slider) = (site(crank, "cranksite"), site(slider, "slidersite"));
+                Some(Transmission::SliderCrank { crank: crank?, slider: slider?, rod: *rod })
+            }
+            spec::Transmission::Joint(name) => self.joints.find(name, a.node, "joint", log).map(Transmission::Joint),
+            spec::Transmission::JointInParent(name) => {
+                self.joints.find(name, a.node, "jointinparent", log).map(Transmission::JointInParent)
+            }
+            spec::Transmission::Tendon(name) => {
+                self.tendons.find(name, a.node, "tendon", log).map(Transmission::Tendon)
+            }
+            spec::Transmission::None => None,
+        }
+    }
 }
 
 /// Warns where the `ctrlrange` of a position servo looks like degrees.

@@ -59,7 +59,9 @@ pub fn orientation(given: &Option<Box<Orientation>>, compiler: &Compiler) -> Res
             }
             math::quat(&q)
         }
-        Orientation::AxisAngle([x, y, z, angle]) => turn(unit("axisangle", Vec3::new(x, y, z))?, radian(angle)),
+        Orientation::AxisAngle([x, y, z, angle]) => {
+            math::axis_angle(&unit("axisangle", Vec3::new(x, y, z))?, radian(angle))
+        }
         Orientation::ZAxis(z) => from_z(&unit("zaxis", Vec3::from(z))?),
         Orientation::XyAxes([a, b, c, d, e, f]) => {
             let x = unit("xyaxes", Vec3::new(a, b, c))?;
@@ -75,12 +77,6 @@ pub fn orientation(given: &Option<Box<Orientation>>, compiler: &Compiler) -> Res
     })
 }
 
-/// Turn by `angle` (rad) about a unit axis.
-pub fn turn(axis: Vec3, angle: f64) -> Quat {
-    let (sin, cos) = (0.5 * angle).sin_cos();
-    math::quat(&[cos, axis.x * sin, axis.y * sin, axis.z * sin])
-}
-
 /// The smallest turn that brings +Z onto the unit vector `z`; half a turn about X where z = −Z.
 ///
 ///     axis = Z × z / |Z × z|,   angle = atan2(|Z × z|, z·Z)
@@ -88,7 +84,7 @@ pub fn from_z(z: &Vec3) -> Quat {
     let across = Vec3::z().cross(z);
     let sin = across.norm();
     let axis = if sin < 1e-10 { Vec3::x() } else { across / sin };
-    turn(axis, sin.atan2(z.z))
+    math::axis_angle(&axis, sin.atan2(z.z))
 }
 
 /// The rotation whose matrix has the given orthonormal, right-handed columns.

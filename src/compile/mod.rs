@@ -23,6 +23,7 @@ pub(crate) use layout::label;
 
 use crate::contact;
 use crate::integrate;
+use crate::math::MIN_MU;
 use crate::mjcf::{Document, NodeId, PENNY_TRUTHS, Problem, ProblemKind, Span, Spec, spec};
 use crate::model::{ContactOverride, Flags, Model, Options, Parts, TutorialParams};
 
@@ -154,9 +155,9 @@ fn problem(kind: ProblemKind, span: Span, help: impl Into<String>) -> Problem {
     Problem { help: (!help.is_empty()).then_some(help), ..Problem::new(kind, span) }
 }
 
-/// Elements that others refer to by name: bodies, geoms, joints.
+/// Elements of one kind that others refer to by name.
 struct Names<'a> {
-    /// "body", "geom" or "joint"
+    /// The kind: "body", "geom", "tendon" …
     of: &'static str,
     index: BTreeMap<&'a str, usize>,
     /// Names of what is in the file, but not in the model: meshes.
@@ -219,7 +220,7 @@ fn options(spec: &Spec) -> Options {
             island: flag("island"),
         },
         contact_override: spec.flags.get("override").copied().unwrap_or(false).then_some(ContactOverride {
-            friction: option.o_friction.map(|mu| mu.max(pairs::MIN_MU)),
+            friction: option.o_friction.map(|mu| mu.max(MIN_MU)),
             solref: option.o_solref,
             solimp: option.o_solimp,
             margin: option.o_margin,

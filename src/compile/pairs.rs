@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Log;
 use super::layout::World;
 use crate::collision::broad_phase::{Filter, may_touch, order};
+use crate::math::MIN_MU;
 use crate::mjcf::{NodeId, ProblemKind, Spec, instead_of, spec};
 use crate::model::{ContactOverride, Geom, GeomKind, Mix, Pair, Pairs};
 
@@ -17,9 +18,6 @@ const MOST_PAIRS: usize = 1_000_000;
 
 /// Many geoms have a table of what each two classes of contact parameters make together: 64 MB.
 const MOST_CLASSES: usize = 4096;
-
-/// Friction coefficients below this are raised to it (MuJoCo's `mjMINMU`).
-pub const MIN_MU: f64 = 1e-5;
 
 /// The pairs of a scene in MuJoCo's contact order, and their parameters.
 ///

@@ -64,7 +64,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// Room for all trees, and so many contacts.
+    /// Room for all trees, and this many contacts.
     pub fn reserve(&mut self, model: &Model, contacts: usize) {
         self.acceleration.resize(model.trees.len(), Vec6::zeros());
         self.pushed.resize(model.trees.len(), Vec6::zeros());

@@ -27,7 +27,7 @@ use crate::model::Model;
 pub struct Unit {
     /// Index of the tree.
     pub tree: usize,
-    /// Place in the island's vectors, number of unknowns with padding, and without.
+    /// Where its unknowns begin in the island's vectors.
     pub at: usize,
     /// Unknowns, with padding.
     pub n: usize,
@@ -58,18 +58,19 @@ pub struct Island {
     pub units: Vec<Unit>,
     /// What the constraints stand for, one by one.
     pub sources: Vec<Source>,
-    /// Its contacts, limits and dry friction.
+    /// Its contacts, limits, dry friction and equalities.
     pub constraints: Vec<Constraint>,
-    /// The solution, the gradient of what is minimised, a change of w: accelerations in coordinates of unit mass.
+    /// The solution w = S (a − a₀): an acceleration in coordinates of unit mass ([`super::unit_mass`]).
     pub w: Vec<f64>,
     /// Gradient of the cost.
     pub gradient: Vec<f64>,
-    /// Search direction.
+    /// Search direction, a change of w; under `penalty` also what given forces do, Wᵀ f.
     pub p: Vec<f64>,
-    /// Velocity and acceleration without constraints: of the mover, or qvel and qacc_smooth.
+    /// Velocity: of the mover, or qvel.
     velocity: Vec<f64>,
+    /// Acceleration without constraints: of the mover, or qacc_smooth.
     smooth: Vec<f64>,
-    /// See [`super::unit_mass`].
+    /// Inverse of S's diagonal; see [`super::unit_mass`].
     scale: Vec<f64>,
     rows: Rows,
     blocks: BlockFactor,
@@ -80,7 +81,7 @@ pub struct Island {
     chained: bool,
     /// C of each constraint in H = 1 + Wᵀ C W.
     pub curvatures: Vec<Curvature>,
-    /// See [`super::penalty::interior`].
+    /// Unknowns of [`super::penalty::interior`].
     pub interior: Vec<super::penalty::interior::Interior>,
     /// Forces of the constraints that a search may come back to.
     pub kept: Vec<[f64; 6]>,
@@ -96,7 +97,7 @@ pub struct Island {
 const SHORT: usize = 16;
 
 impl Island {
-    /// Makes room for all trees in one island, with that many contacts, rows of joints and ties, whose rows have so many
+    /// Makes room for all trees in one island, with that many contacts, rows of joints and ties, whose rows have this many
     /// numbers.
     pub fn reserve(
         &mut self,
@@ -602,7 +603,7 @@ impl Island {
         }
     }
 
-    /// Trace of M, and norm of the gradient as a force on movers and dofs: what MuJoCo's tolerance is about.
+    /// Trace of M, over which MuJoCo takes the gradient to compare it with its tolerance.
     pub fn trace(&self, model: &Model, data: &Data) -> f64 {
         let of_unit = |unit: &Unit| {
             if unit.free {

@@ -245,7 +245,14 @@ fn constrain_with(
 }
 
 /// The forces of balls that are no island's, and what they do.
-fn push_balls(balls: &Balls, model: &Model, settings: &Settings, state: &State, data: &mut Data, scratch: &mut Scratch) {
+fn push_balls(
+    balls: &Balls,
+    model: &Model,
+    settings: &Settings,
+    state: &State,
+    data: &mut Data,
+    scratch: &mut Scratch,
+) {
     let Scratch { islands: Islands { alone, .. }, room, own, .. } = scratch;
     let mut contacts = std::mem::take(&mut data.contacts);
     (balls.solve)(&Task { model, settings, state, data }, own, alone, &mut contacts, room);

@@ -17,10 +17,10 @@ use super::island::Island;
 use super::penalty::residual::Piece;
 use crate::data::Outcome;
 
-/// One cone of constraint: a contact, a joint limit, or the dry friction of a degree of freedom.
+/// One constraint: a contact, a limit, dry friction or an equality.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Constraint {
-    /// Which friction cone.
+    /// Its cost function.
     pub cone: Cone,
     /// J v, m/s and rad/s.
     pub velocity: [f64; 6],
@@ -33,7 +33,7 @@ pub struct Constraint {
     pub bias: [f64; 6],
     /// J a₀ − a_ref: x where there are no forces; see [`Constraint::begin`].
     pub offset: [f64; 6],
-    /// J a − a_ref at the current a, and its change along the search direction.
+    /// J a − a_ref at the current a.
     pub x: Spread,
     /// Change of x along the search direction.
     pub y: Spread,
@@ -106,7 +106,7 @@ pub struct Stop {
     pub tolerance: f64,
     /// Newton steps at most.
     pub iterations: usize,
-    /// Whether `a` holds a start worth trying.
+    /// Whether `w` holds a start worth trying.
     pub warm: bool,
 }
 

@@ -60,7 +60,7 @@ pub static LAW: Law = Law {
     describe,
     unlike: Some(Unlike {
         normal: own_spring,
-    friction: "tutorial's is −μ F_n tanh(α v), which creeps where it should hold; MuJoCo's is a damper",
+        friction: "tutorial's is −μ F_n tanh(α v), which creeps where it should hold; MuJoCo's is a damper",
     }),
 };
 

@@ -5,8 +5,8 @@
 use super::links::NONE;
 use super::spatial::{at, cross_force, cross_motion, dot, join};
 use crate::data::Data;
-use crate::math::{Vec3, Vec6};
-use crate::model::{JointKind, Model};
+use crate::math::{Vec3, Vec6, vec3};
+use crate::model::{Joint, JointKind, Model};
 
 /// Twist of every body of a tree, and the velocity of its movers.
 ///
@@ -30,13 +30,25 @@ pub fn velocities(model: &Model, t: usize, qvel: &[f64], data: &mut Data) {
     }
 }
 
+/// The twist that carries the axes of a joint along: V before the joint's own motion. A free joint's translation is along
+/// world axes, which nothing carries along.
+///
+/// In: V of what comes before the joint, whose first dof has the velocity `qvel[dofadr]`.
+#[inline]
+pub fn carrier(joint: &Joint, qvel: &[f64], v: &Vec6) -> Vec6 {
+    match joint.kind {
+        JointKind::Free => join(&vec3(&qvel[joint.dofadr..]), &Vec3::zeros()),
+        _ => *v,
+    }
+}
+
 /// Bias forces of a tree: what the joints must exert so that qacc = 0.
 ///
 ///     A_b = A_parent + Σ V × S_j q̇_j,   A_root = −gravity
 ///     F_b = I_b A_b + V_b ×* I_b V_b + Σ F_child
 ///     bias_j = S_j · F_b
 ///
-/// V is the twist before the joint's own motion: its axis moves with what comes before it.
+/// V × S_j q̇_j is taken with the [`carrier`] of the joint: its axis moves with what comes before it.
 /// Reads: cdof, cinert, qvel. Writes: cvel (bodies of the tree), vel of the movers; cacc, cfrc (bodies with joints), qfrc_bias.
 pub fn bias(model: &Model, t: usize, gravity: &Vec3, qvel: &[f64], data: &mut Data) {
     let Data { plan, xpos, movers, cdof, cvel, cacc, cfrc, cinert, qfrc_bias, .. } = data;
@@ -52,12 +64,7 @@ pub fn bias(model: &Model, t: usize, gravity: &Vec3, qvel: &[f64], data: &mut Da
             for d in d + 1..d + joint.kind.nv() {
                 moved += cdof[d] * qvel[d];
             }
-            // A free joint's translation is along world axes, which nothing carries along.
-            let carrier = match joint.kind {
-                JointKind::Free => Vec6::new(qvel[d], qvel[d + 1], qvel[d + 2], 0.0, 0.0, 0.0),
-                _ => v,
-            };
-            a += cross_motion(&carrier, &moved);
+            a += cross_motion(&carrier(joint, qvel, &v), &moved);
             v += moved;
         }
         let inertia = &cinert[link.body];

@@ -1,9 +1,10 @@
 //! How a point of a body moves where q̈ = 0: what J q̇ and J̇ q̇ are for its rows of J.
 
+use super::bias::carrier;
 use super::spatial::{ang, at, cross_motion, lin};
 use crate::data::Data;
 use crate::math::{Vec3, Vec6, vec3};
-use crate::model::{JointKind, Model};
+use crate::model::Model;
 
 /// World axes.
 #[derive(Clone, Copy, Debug)]
@@ -53,12 +54,7 @@ fn twist(model: &Model, data: &Data, qvel: &[f64], body: usize, v: &mut Vec6, a:
     for joint in &model.joints[model.bodies[body].joints.clone()] {
         let d = joint.dofadr;
         let moved = (d..d + joint.kind.nv()).map(|d| data.cdof[d] * qvel[d]).sum::<Vec6>();
-        // A free joint's translation is along world axes, which nothing carries along.
-        let carrier = match joint.kind {
-            JointKind::Free => Vec6::new(qvel[d], qvel[d + 1], qvel[d + 2], 0.0, 0.0, 0.0),
-            _ => *v,
-        };
-        *a += cross_motion(&carrier, &moved);
+        *a += cross_motion(&carrier(joint, qvel, v), &moved);
         *v += moved;
     }
 }

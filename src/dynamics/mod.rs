@@ -155,23 +155,9 @@ fn factor_m(model: &Model, t: usize, data: &mut Data) {
 /// In: `point` in the world, m. Out: m or 1 a unit of q, and rad. Reads: kinematics.
 pub fn jacobian(model: &Model, data: &Data, body: usize, point: &Vec3, out: &mut [Vec6]) {
     let Some(t) = model.bodies[body].tree else { return };
-    let tree = &model.trees[t];
-    let root = tree.bodies.start;
-    let arm = point - data.xpos[root];
-    if tree.free.is_some() {
-        for i in 0..3 {
-            let axis = data.xmat[root].column(i).into_owned();
-            out[i] = Vec6::ith(i, 1.0);
-            out[3 + i] = spatial::join(&axis.cross(&arm), &axis);
-        }
-        return;
-    }
-    out[..tree.dofs.len()].fill(Vec6::zeros());
-    let mut d = last_dof(model, body);
-    while d != links::NONE {
-        out[d - tree.dofs.start] = spatial::at(&data.cdof[d], &arm);
-        d = data.plan.dof_parent[d];
-    }
+    let dofs = &model.trees[t].dofs;
+    out[..dofs.len()].fill(Vec6::zeros());
+    each_column(model, data, body, point, |d, twist| out[d - dofs.start] = twist);
 }
 
 /// Hands on the twist of a point of a body for each dof that moves it.

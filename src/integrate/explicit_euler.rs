@@ -12,7 +12,7 @@ pub const METHOD: Integrator = Integrator {
     name: "explicit-euler",
     mjcf: &[],
     order: 1,
-    about: "old velocity moves, old force accelerates: gains energy; for comparison only",
+    about: "position by the old velocity, velocity by the old force: gains energy; for comparison only",
     implicit: false,
     implicit_dampers: super::Dampers::None,
     advance,

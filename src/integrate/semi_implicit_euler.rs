@@ -12,7 +12,7 @@ pub const METHOD: Integrator = Integrator {
     name: "semi-implicit-euler",
     mjcf: &["Euler"],
     order: 1,
-    about: "new velocity moves, old force accelerates; joint damping implicit",
+    about: "velocity by the old force, then position by the new velocity; joint damping implicit",
     implicit: false,
     implicit_dampers: super::Dampers::Joints,
     advance,

@@ -463,29 +463,44 @@ impl<'a> Check<'a> {
     }
 
     fn numbers(&mut self, attribute: &Attribute, column: &Column, min: usize, max: usize) {
-        if self.separators(attribute, min, max) {
-            return;
-        }
-        let all = linted(attribute, column);
-        let mut found = 0;
-        for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
-            found = i + 1;
-            match word.parse::<f64>() {
-                Err(_) => {
-                    let kind = ProblemKind::NotANumber { word: word.into() };
-                    self.wrong(kind, attribute, i, suggestions::number(word, suggestions::unit_of(column.unit, i)));
-                }
-                Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => {
-                    let kind = ProblemKind::NumberTooLarge { word: word.into() };
-                    self.wrong(kind, attribute, i, "the largest is about `1.8e308`");
-                }
-                Ok(value) => self.rule(attribute, column, &all, value, word, i),
+        self.words(attribute, column, (min, max), "number", |word, i| match word.parse::<f64>() {
+            Err(_) => {
+                let help = suggestions::number(word, suggestions::unit_of(column.unit, i));
+                Err(Box::new((ProblemKind::NotANumber { word: word.into() }, help)))
             }
-        }
-        self.count(attribute, column, found, (min, max), "number");
+            Ok(value) if value.is_infinite() && !word.to_ascii_lowercase().contains("inf") => Err(Box::new((
+                ProblemKind::NumberTooLarge { word: word.into() },
+                "the largest is about `1.8e308`".into(),
+            ))),
+            Ok(value) => Ok(value),
+        });
     }
 
     fn integers(&mut self, attribute: &Attribute, column: &Column, min: usize, max: usize) {
+        self.words(attribute, column, (min, max), "whole number", |word, _| {
+            let digits = word.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit());
+            match word.parse::<i64>() {
+                Ok(value) if i32::try_from(value).is_ok() => Ok(value as f64),
+                Err(_) if !digits || word.len() <= 9 => {
+                    Err(Box::new((ProblemKind::NotAnInteger { word: word.into() }, suggestions::integer(word))))
+                }
+                _ => {
+                    let help = format!("the largest is `{}`", i32::MAX).into();
+                    Err(Box::new((ProblemKind::NumberTooLarge { word: word.into() }, help)))
+                }
+            }
+        });
+    }
+
+    /// Every word of a value as a number, what that must be, and how many there are. `read`: a word as one, by its index.
+    fn words(
+        &mut self,
+        attribute: &Attribute,
+        column: &Column,
+        (min, max): (usize, usize),
+        what: &str,
+        read: impl Fn(&str, usize) -> Result<f64, Box<(ProblemKind, Advice)>>,
+    ) {
         if self.separators(attribute, min, max) {
             return;
         }
@@ -493,20 +508,12 @@ impl<'a> Check<'a> {
         let mut found = 0;
         for (i, word) in attribute.value.split_ascii_whitespace().enumerate() {
             found = i + 1;
-            let digits = word.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit());
-            match word.parse::<i64>() {
-                Ok(value) if i32::try_from(value).is_ok() => self.rule(attribute, column, &all, value as f64, word, i),
-                Err(_) if !digits || word.len() <= 9 => {
-                    let kind = ProblemKind::NotAnInteger { word: word.into() };
-                    self.wrong(kind, attribute, i, suggestions::integer(word));
-                }
-                _ => {
-                    let kind = ProblemKind::NumberTooLarge { word: word.into() };
-                    self.wrong(kind, attribute, i, format!("the largest is `{}`", i32::MAX));
-                }
+            match read(word, i) {
+                Ok(value) => self.rule(attribute, column, &all, value, word, i),
+                Err(wrong) => self.wrong(wrong.0, attribute, i, wrong.1),
             }
         }
-        self.count(attribute, column, found, (min, max), "whole number");
+        self.count(attribute, column, found, (min, max), what);
     }
 
     /// A problem with the `index`-th word of a value.
@@ -590,7 +597,7 @@ impl<'a> Check<'a> {
 /// Words for what MJCF calls otherwise, and whose nearest name in MJCF is something else.
 const ELSEWHERE: &[(&str, &str)] = &[("kd", "kv")];
 
-/// The nearest of some names, of which so many are `left` to be compared.
+/// The nearest of some names, of which this many are `left` to be compared.
 fn nearest_of<'n>(left: &mut usize, name: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let mut seen = 0;
     let near = nearest(name, candidates.into_iter().take(*left).inspect(|_| seen += 1));

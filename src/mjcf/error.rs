@@ -335,9 +335,9 @@ pub enum ProblemKind {
     KeyframeShort { attribute: &'static str, needs: String, given: String },
     #[error("`{name}` must be one number, zero or more")]
     NotOneCoefficient { name: String },
-    #[error("`{name}` is no contact law")]
+    #[error("`{name}` is not a contact law")]
     UnknownLaw { name: String },
-    #[error("`{name}` is no closed form that Penny knows")]
+    #[error("`{name}` is not a closed form that Penny knows")]
     UnknownTruth { name: String },
     #[error("nothing in this scene moves: no body has a joint")]
     NothingMoves,

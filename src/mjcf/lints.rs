@@ -140,7 +140,7 @@ pub fn degrees(document: &Document, node: NodeId, row: &Row, kind: &str, problem
     }
 }
 
-/// Whether an angle in radians is more likely one in degrees: a multiple of 5 up to a turn of 360, of more than so many
+/// Whether an angle in radians is more likely one in degrees: a multiple of 5 up to a turn of 360, of more than this many
 /// turns as radians.
 pub fn looks_like_degrees(x: f64, turns: f64) -> bool {
     x.abs() > turns * 2.0 * PI && x.abs() <= 360.0 && x % 5.0 == 0.0

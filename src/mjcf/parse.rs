@@ -96,7 +96,7 @@ impl Unread {
     }
 }
 
-/// The file's text, or what is wrong with it. `left`: of all `limits.bytes`, so many.
+/// The file's text, or what is wrong with it. `left`: of all `limits.bytes`, this many.
 fn read_text(path: &Path, name: &str, left: usize, limits: &Limits) -> Result<String, Unread> {
     let file = name.to_string();
     let cannot = |error: std::io::Error| {
@@ -137,7 +137,7 @@ pub fn raise(limit: &str, value: usize) -> String {
     format!("if the scene is meant so and you trust it: `--limit {limit}={}`", value.saturating_mul(2))
 }
 
-/// `valid`: so many bytes are text.
+/// `valid`: this many bytes are text.
 fn not_utf8(file: String, bytes: &[u8], valid: usize) -> Unread {
     let text =
         Source { name: file, path: PathBuf::new(), text: String::from_utf8_lossy(&bytes[..valid]).into_owned().into() };

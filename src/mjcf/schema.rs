@@ -10,6 +10,7 @@ use std::ops::Deref;
 use std::sync::LazyLock;
 
 use super::defaults::ORIENTATIONS;
+use crate::math::MIN_MU;
 
 pub use super::table::SCHEMA;
 
@@ -66,7 +67,7 @@ pub enum Kind {
     Text,
     /// One of these words.
     Keyword(&'static [&'static str]),
-    /// So many numbers; fewer than the maximum leave the rest at its default.
+    /// This many numbers; fewer than the maximum leave the rest at its default.
     Numbers(usize, usize),
     /// Whole numbers: how many at least and at most.
     Integers(usize, usize),
@@ -101,7 +102,7 @@ pub enum Lint {
     Raised(f64),
     /// From 0 to 1; pictures cut off what is beyond.
     Colour,
-    /// Seconds, from so many on.
+    /// Seconds; from this many on.
     TooLong(f64),
     /// kg/m³; what looks like g/cm³ is too little.
     Density,
@@ -180,7 +181,7 @@ pub(super) const fn solimp(name: &'static str) -> Attribute {
 }
 /// Friction coefficients of contacts. Source: MuJoCo 4.0, mjMINMU.
 pub(super) const fn friction(name: &'static str, count: usize, default: &'static str, unit: &'static str) -> Attribute {
-    up_to(name, count, default, unit).not_negative().lint(Lint::Raised(1e-5))
+    up_to(name, count, default, unit).not_negative().lint(Lint::Raised(MIN_MU))
 }
 
 impl Attribute {

@@ -1,8 +1,7 @@
 //! Sensors: what a scene measures in every step.
 //!
-//! They belong to the state in which a step begins: forces and accelerations are those that act there. Only
-//! `implicit-euler`, whose forces are those at the end of its step, measures there. A scene without sensors does
-//! nothing here.
+//! They belong to the state in which a step begins: forces and accelerations are those that act there. Only implicit
+//! integrators, whose forces are those at the end of a step, measure there. A scene without sensors does nothing here.
 //!
 //! | file | what |
 //! |---|---|

@@ -2,11 +2,12 @@
 
 use crate::contact::{self, Law, ties};
 use crate::data::{Data, TieKind};
+use crate::dynamics::bias::carrier;
 use crate::dynamics::spatial::{Inertia, ang, at, cross_force, cross_motion, join, lin};
 use crate::dynamics::{self, tendon, xipos};
 use crate::kind::SensorKind;
 use crate::math::{Sym3, Vec3, Vec6, mat};
-use crate::model::{JointKind, Model, Path, Transmission};
+use crate::model::{Model, Path, Transmission};
 use crate::state::State;
 
 /// Six-vectors of each body, in world axes about `origin` of its tree: the place of its first body; the world's origin
@@ -109,13 +110,8 @@ impl Motion {
                 for joint in &model.joints[body.joints.clone()] {
                     let dofs = joint.dofadr..joint.dofadr + joint.kind.nv();
                     let along = |rates: &[f64]| dofs.clone().map(|d| data.cdof[d] * rates[d]).sum::<Vec6>();
-                    let (d, moved) = (joint.dofadr, along(&state.qvel));
-                    // A free joint's translation is along world axes, which nothing carries along.
-                    let carrier = match joint.kind {
-                        JointKind::Free => join(&Vec3::from_column_slice(&state.qvel[d..d + 3]), &Vec3::zeros()),
-                        _ => v,
-                    };
-                    a += cross_motion(&carrier, &moved) + along(&data.qacc);
+                    let moved = along(&state.qvel);
+                    a += cross_motion(&carrier(joint, &state.qvel, &v), &moved) + along(&data.qacc);
                     v += moved;
                 }
                 acc[b] = a;

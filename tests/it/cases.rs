@@ -199,7 +199,7 @@ fn a_tendon_that_moves_nothing_has_no_force() {
 #[test]
 fn what_has_no_spring_and_what_did_not_converge_are_told() {
     let plank = "<body pos='0 0 .3'><joint axis='0 1 0'/><geom name='plank' type='box' size='1 .1 .02'/></body>";
-    has(&said("explain", &world(&format!("{PLANE}{plank}")), &[]), &["No spring is told of ground – plank"]);
+    has(&said("explain", &world(&format!("{PLANE}{plank}")), &[]), &["No spring is given for ground – plank"]);
     let tumbling = world(&format!("{PLANE}{}", free("crate", "0 0 .1", "type='box' size='.1 .1 .1'")));
     let tumbling = tumbling.replace("<worldbody>", "<option iterations='1'/><worldbody>");
     let kick = ["--time", ".1", "--qvel", "1 0 0 5 3 2"];

@@ -129,7 +129,7 @@ fn gravity_is_compensated_only_where_some_body_has_it_above_0() {
         let text = format!("<mujoco><worldbody>{}{}</worldbody></mujoco>", body(0.0, first), body(9.0, second));
         let mut sim = crate::sim::Sim::new(&text);
         sim.step();
-        let told = said(&text, "check", &[]).contains("does nothing, as in MuJoCo");
+        let told = said(&text, "check", &[]).contains("has no effect, as in MuJoCo");
         ([0, 1].map(|d| (sim.data.qacc[d] / 9.81 * 1e9).round() / 1e9), told)
     };
     assert_eq!(falls(-1.0, 0.0), ([-1.0, -1.0], true));
@@ -239,7 +239,7 @@ fn what_would_pass_through_a_wall_is_told_and_the_advice_stops_it() {
     let run = |args: &[&str]| said(text, "run", &[&["--time", ".1"], args].concat());
     let found = run(&["--qvel", "30 0 0 0 0 0"]);
     assert!(found.contains("60 mm in one step") && found.contains("221 mm deep"), "{found}");
-    assert!(found.contains("are 50 mm thick together"), "{found}");
+    assert!(found.contains("a total thickness of 50 mm"), "{found}");
     let found = run(&["--qvel", "30 0 0 0 0 0", "--timestep", "1e-4"]);
     assert!(found.contains("221 mm deep") && !found.contains("in one step"), "{found}");
     let found = run(&["--qvel", "30 0 0 0 0 0", "--solref", "0.001 1", "--timestep", "2e-4"]);
@@ -386,7 +386,7 @@ fn one_wrong_number_is_led_to() {
         ("timestep=\"0.002\"", "timestep=\"2\"", "a timestep of 2 s"),
         ("size=\".1 .1 .1\"", "size=\"100 100 100\"", "crate is 346 m across"),
         ("mass=\"2\"", "mass=\"0.002\"", "crate weighs 0.002 kg in 8 l"),
-        ("size=\".1 .1 .1\"", "size=\".0001 .0001 .0001\"", "no matter is so dense: crate"),
+        ("size=\".1 .1 .1\"", "size=\".0001 .0001 .0001\"", "no material is so dense: crate"),
         // Signs.
         ("0 0 -9.81", "0 0 9.81", "gravity points up"),
         ("range=\"-90 90\"", "range=\"20 90\"", "beyond its limits at the start: elbow"),

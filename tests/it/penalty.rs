@@ -296,7 +296,8 @@ fn solref_means_what_we_say() {
 /// on static ones, asked at every state.
 #[test]
 fn the_equations_have_one_solution_whichever_method_finds_it() {
-    let other = |solve| -> &'static Law { Box::leak(Box::new(Law { solve, shortcut: None, balls: None, ..penalty::LAW })) };
+    let other =
+        |solve| -> &'static Law { Box::leak(Box::new(Law { solve, shortcut: None, balls: None, ..penalty::LAW })) };
     let ways = [(other(penalty::solve_anew), 1e-10), (other(penalty::solve_as_defined), 1e-8)];
     let (mut asked, mut compared) = (0, 0);
     let mut ask = |sim: &mut Sim, what: &str| {

@@ -166,7 +166,7 @@ fn another_rollout_is_not_gone_on_with() {
     refused(&["--time", "0.1", "--vary", "qvel[0]=1..3.5"], "--vary qvel[0]=1..3, now qvel[0]=1..3.5");
     refused(&[&vary[..], &["--accuracy", "1e-3"]].concat(), "--accuracy none, now 0.001");
     std::fs::write(&table, "qvel[0]\n1\n").expect("a table");
-    refused(&["--time", "0.1", "--table", listed], "--table was another");
+    refused(&["--time", "0.1", "--table", listed], "--table was different");
     std::fs::write(&scene, text.replace("mass=\"1\"", "mass=\"2\"")).expect("a scene");
     refused(&vary, "the scene has changed since");
     std::fs::write(&scene, &text).expect("a scene");
@@ -185,7 +185,11 @@ fn another_table_is_not_gone_on_with() {
     killed(&args, &out);
     std::fs::write(&table, rows("2")).expect("a table");
     let run = penny(&[&args[..], &["--resume"]].concat());
-    assert!(run.status.code() == Some(2) && crate::said(&run).contains("--table was another"), "{}", crate::said(&run));
+    assert!(
+        run.status.code() == Some(2) && crate::said(&run).contains("--table was different"),
+        "{}",
+        crate::said(&run)
+    );
 }
 
 #[test]
@@ -201,11 +205,11 @@ fn what_cannot_be_varied_is_told() {
         ("qvel[0]=2..1", "comes first"),
         ("qvel[0]=2", "range"),
         ("qvel[0]=-1e308..1e308", "too far apart"),
-        ("mass[box]=0..1", "mass[box]: 0: the mass of a body that moves is above 0"),
+        ("mass[box]=0..1", "mass[box]: 0: the mass of a body that moves must be above 0"),
         ("mass[box]=-2..-1", "above 0"),
         ("mass[world]=1..2", "the world does not move"),
         ("mass[0]=1..2", "the world does not move"),
-        ("solref=-1..1", "solref: -1: the time constant of solref is above 0"),
+        ("solref=-1..1", "solref: -1: the time constant of solref must be above 0"),
         ("solref[box]=0..0", "above 0"),
         ("friction=-1..1", "0 or more"),
         ("timestep=0..0.001", "above 0"),
@@ -294,7 +298,7 @@ fn what_makes_no_sense_is_refused() {
     let cases: [(&[&str], &str); 8] = [
         (&["-o", "-"], "name a file"),
         (&["-o", "target/x.json"], ".csv or .parquet"),
-        (&["-o", "models"], "is no file that could be replaced"),
+        (&["-o", "models"], "is not a file that can be replaced"),
         (&["--timestep", "10", "--time", "1"], "give a longer --time or a smaller --timestep"),
         (&["--accuracy", "1e-3", "--vary", "timestep=0.001..0.002"], "leave out timestep"),
         (&["--time", "0.1", "--vary", "timestep=0.001..0.5"], "too short for such a step"),

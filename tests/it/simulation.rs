@@ -185,7 +185,7 @@ fn what_is_no_saved_state_is_refused() {
         Simulation::from_xml("<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>")
             .expect("a scene");
     let error = ball.restore(&simulation("penalty").save()).expect_err("another scene");
-    assert_eq!(error.to_string(), "qpos has 14 numbers where the model has 7: it is no state of this model");
+    assert_eq!(error.to_string(), "qpos has 14 numbers where the model has 7: it is not a state of this model");
 }
 
 /// Each of these was once taken without a word.
@@ -202,7 +202,7 @@ fn what_cannot_be_is_an_error_where_it_enters() {
     let untouched = sim.save();
     sim.state_mut().xfrc_applied = vec![Default::default(); 2];
     let error: Box<dyn Error> = Box::new(sim.step().expect_err("two of seven bodies"));
-    assert_eq!(error.to_string(), "xfrc_applied has 2 numbers where the model has 6: it is no state of this model");
+    assert_eq!(error.to_string(), "xfrc_applied has 2 numbers where the model has 6: it is not a state of this model");
     sim.restore(&untouched).expect("its own state");
     assert!(matches!(sim.set_ctrl("drive", f64::NAN), Err(Change::Invalid(_))));
     assert!(matches!(sim.set_friction("crate", [-1.0, 0.0, 0.0]), Err(Change::Invalid(_))));

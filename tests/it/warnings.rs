@@ -152,12 +152,12 @@ fn every_warning_of_the_reader_is_given_where_it_is_due_only() {
 type OfRuns = (&'static str, &'static [&'static str], &'static str, &'static str, &'static str, &'static str);
 const OF_RUNS: &[OfRuns] = &[
     (
-        "is no whole number of steps",
+        "is not a whole number of steps",
         &["run", "--time", "@"],
         OPEN,
         "0.005",
         "0.006",
-        "the run ends at 6 ms: 5 ms is no whole number of steps of 2 ms",
+        "the run ends at 6 ms: 5 ms is not a whole number of steps of 2 ms",
     ),
     (
         "MuJoCo keeps this number",
@@ -168,12 +168,12 @@ const OF_RUNS: &[OfRuns] = &[
         "--solimp 9 counts as 0.9999: MuJoCo keeps this number between 0.0001 and 0.9999",
     ),
     (
-        "does nothing, as in MuJoCo",
+        "has no effect, as in MuJoCo",
         &["check"],
         "<mujoco><worldbody><body name='ball' gravcomp='-1'><freejoint/><geom size='.1'/></body><body pos='1 0 0' gravcomp='@'><geom size='.1'/></body></worldbody></mujoco>",
         "0",
         "1",
-        "the `gravcomp` of ball does nothing",
+        "the `gravcomp` of ball has no effect",
     ),
     (
         "the limit will throw it back",
@@ -208,7 +208,7 @@ const OF_RUNS: &[OfRuns] = &[
         "write -9.81",
     ),
     ("lighter than air", &["check"], ONE, "mass='.001'", "mass='.01'", "weighs 0.001 kg in 4.19 l, 0.239 kg/m³"),
-    ("no matter is so dense", &["check"], ONE, "mass='500'", "mass='50'", "weighs 500 kg in 4.19 l"),
+    ("no material is so dense", &["check"], ONE, "mass='500'", "mass='50'", "weighs 500 kg in 4.19 l"),
     (
         "lengths are in m",
         &["check"],
@@ -227,7 +227,7 @@ const OF_RUNS: &[OfRuns] = &[
         "has length 2",
     ),
     (
-        "thick together",
+        "total thickness",
         &["run", "--time", ".1", "--qvel", "@ 0 0 0 0 0"],
         WALL,
         "30",
@@ -371,14 +371,14 @@ const OF_RUNS: &[OfRuns] = &[
         "a, b, c touch in a row",
     ),
     ("for rest is little beside the fall", &["explain", "--timestep", "@"], MARBLE, "1e-3", "1e-4", "hops from"),
-    ("but a step falls g h²", &["run", "--timestep", "@"], MARBLE, "1e-3", "1e-4", "it hops"),
+    ("but a step falls by g h²", &["run", "--timestep", "@"], MARBLE, "1e-3", "1e-4", "it hops"),
     (
         "it has no joint limits and no dry friction of joints",
         &["run", "--contact", "@"],
         LIMITED,
         "tutorial",
         "penalty",
-        "those of the scene do nothing",
+        "those of the scene have no effect",
     ),
 ];
 

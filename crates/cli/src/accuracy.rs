@@ -18,8 +18,8 @@ use penny_lab::sweep::Case;
 
 #[derive(clap::Args, Clone)]
 pub struct AccuracyArgs {
-    /// Take the cheapest method of the contact law that keeps every body this near to the law's exact motion over the whole run
-    /// (m, and rad times the body's reach), and say what it costs
+    /// Find the cheapest method that keeps every body this near to the contact law's exact motion over the whole run (m; rad
+    /// times the body's reach), use it, and say what it costs
     #[arg(long, value_name = "M", value_parser = scene::length, allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["integrator", "rounds"])]
     pub accuracy: Option<f64>,
@@ -27,8 +27,6 @@ pub struct AccuracyArgs {
 
 /// Real time that the search may take, s.
 const SEARCH: f64 = 60.0;
-/// A controlled run that takes more than this many times the steps of its trial is given up: it is another motion.
-const MORE: usize = 10;
 
 /// What was chosen.
 pub struct Chosen {
@@ -67,7 +65,7 @@ pub fn choose(model: &Model, method: &Method, start: &State, seconds: f64, wante
     let case = Case { model: model.clone(), start: start.clone(), seconds };
     let choice = find(&case, method, wanted)?;
     let mut rows = account(&choice, wanted);
-    let twin = waiting("looking how fast errors grow".to_owned());
+    let twin = waiting("measuring how fast errors grow".to_owned());
     // Where controlled steps are too many to be followed, the scene's own will do.
     let own = || horizon::growth(&case, method, Stepping::Fixed(method.timestep));
     if let Ok(growth) = horizon::growth(&case, &choice.method, choice.stepping).or_else(|_| own()) {
@@ -79,7 +77,7 @@ pub fn choose(model: &Model, method: &Method, start: &State, seconds: f64, wante
         Stepping::Fixed(_) => Chosen { method: choice.method, steps: choice.steps, controlled: None, rows },
         Stepping::Controlled(tolerance) => {
             let method = Method { integrator: choice.method.integrator, timestep: seconds / steps as f64, ..*method };
-            Chosen { method, steps, controlled: Some((tolerance, MORE * choice.steps)), rows }
+            Chosen { method, steps, controlled: Some((tolerance, choice.most_steps())), rows }
         }
     })
 }
@@ -131,7 +129,7 @@ fn trusted(growth: &Growth, wanted: f64, seconds: f64) -> String {
     match growth.doubling().filter(|d| *d < seconds) {
         None => "errors do not grow".to_owned(),
         // Two runs with other steps agree all the same: what the twins saw is a jump of a force, and no error grows so.
-        Some(_) if growth.horizon(wanted).is_some() => format!("runs of other steps agree to {}", si(wanted, "m")),
+        Some(_) if growth.horizon(wanted).is_some() => format!("runs with other steps agree to {}", si(wanted, "m")),
         Some(doubling) => format!("errors double in {} where they grow fastest", si(doubling, "s")),
     }
 }
@@ -166,7 +164,7 @@ pub enum Stepper<'m> {
 }
 
 impl<'m> Stepper<'m> {
-    /// Errors: the start is none of the model.
+    /// Errors: the start does not suit the model.
     pub fn new(
         model: &'m Model,
         method: &Method,

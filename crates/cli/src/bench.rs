@@ -3,7 +3,7 @@
 //! Each scene runs for a second of simulated time, and the state it has reached is kept. Batches of steps start from
 //! that state again and again; the median of the batches counts. `--window 0..2` measures the first two seconds instead:
 //! what a step costs depends on what touches, and two engines need not touch alike. With `--against mujoco` every batch is followed by
-//! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine. `--worlds 1024` measures so many copies of the scene
+//! one of MuJoCo's `mj_step(nstep)`, so that both see the same machine. `--worlds 1024` measures this many copies of the scene
 //! in one batch on all cores, beside MuJoCo's `rollout` on as many threads. `--instructions` counts what the processor does, which
 //! is the same however busy the machine is.
 
@@ -22,6 +22,7 @@ use penny::data::Data;
 use penny::forward::{Method, step};
 use penny::model::Model;
 use penny::state::State;
+use penny_view::fnv::Fnv;
 
 mod instructions;
 mod scenes;
@@ -33,19 +34,19 @@ pub struct Args {
     /// MJCF files [default: a set of small scenes]
     #[arg(value_name = "SCENE.xml")]
     scenes: Vec<PathBuf>,
-    /// Measure this too, alternately: mujoco
+    /// Measure this engine as well, in turns: mujoco
     #[arg(long, value_name = "ENGINE", value_parser = ["mujoco"])]
     against: Option<String>,
     /// Measure the steps between two simulated times, in seconds [default: up to 1000 steps from 1 s on]
     #[arg(long, value_name = "FROM..TO", value_parser = window)]
     window: Option<Window>,
-    /// Step so many copies of the scene at once, on --threads; MuJoCo by its `rollout`
+    /// Step this many copies of the scene at once, on --threads; MuJoCo by its `rollout`
     #[arg(long, value_name = "N", value_parser = scene::at_least_one)]
     worlds: Option<usize>,
     /// Threads for --worlds [default: all cores]
     #[arg(long, value_name = "N", value_parser = scene::at_least_one, requires = "worlds")]
     threads: Option<usize>,
-    /// Count the instructions of a step, too, by valgrind: about a hundred times as slow as to time it
+    /// Count the instructions of a step as well, with valgrind: about a hundred times slower than timing it
     #[arg(long, conflicts_with = "worlds")]
     instructions: bool,
     /// What it calls itself with under valgrind: take these steps and say nothing
@@ -358,6 +359,5 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 
 /// FNV-1a over the bits of qpos and qvel: equal states, equal hashes.
 fn hash(state: &State) -> u64 {
-    let bytes = state.qpos.iter().chain(&state.qvel).flat_map(|x| x.to_bits().to_le_bytes());
-    bytes.fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
+    Fnv::of(state.qpos.iter().chain(&state.qvel).flat_map(|x| x.to_bits().to_le_bytes())).0
 }

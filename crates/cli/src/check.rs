@@ -22,19 +22,19 @@ pub struct Args {
     /// MJCF files
     #[arg(value_name = "SCENE.xml", required = true)]
     scenes: Vec<PathBuf>,
-    /// Show the changes that would mend misspelt and renamed names and numbers in another unit, as a diff
+    /// Show as a diff the changes that would mend misspelt or renamed names and numbers in another unit
     #[arg(long)]
     fix: bool,
     /// Make these changes, each file in one go, and check again
     #[arg(long, requires = "fix")]
     write: bool,
-    /// All problems as JSON on standard output
+    /// Write all problems as JSON to standard output
     #[arg(long, conflicts_with_all = ["sarif", "fix"])]
     json: bool,
-    /// All problems as SARIF 2.1.0 on standard output, for editors and continuous integration
+    /// Write all problems as SARIF 2.1.0 to standard output, for editors and continuous integration
     #[arg(long, conflicts_with = "fix")]
     sarif: bool,
-    /// End with exit code 1 where there are warnings, too
+    /// Exit with code 1 if there are warnings, too
     #[arg(long, value_name = "warnings", value_parser = ["warnings"])]
     deny: Option<String>,
     #[command(flatten)]

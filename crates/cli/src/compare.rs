@@ -88,19 +88,8 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     }
 
     let mut mujoco = MuJoCo::start()?;
-    let load =
-        |mujoco: &mut MuJoCo, start: &State, exact| mujoco.load(&Scene::Path(path), &model, &method, start, exact);
-    load(&mut mujoco, &start, true)?;
-    let theirs = mujoco.rollout(steps, 1)?;
-    let mut kicked = start.clone();
-    kicked.qvel.iter_mut().for_each(|v| *v += KICK);
-    load(&mut mujoco, &kicked, true)?;
-    let kicked = mujoco.rollout(steps, 1)?;
-    load(&mut mujoco, &start, false)?;
-    let hasty = mujoco.rollout(steps, 1)?;
-    load(&mut mujoco, &start, false)?;
-    mujoco.warm(0)?;
-
+    let question = Question { path, model: &model, method: &method, start: &start, steps };
+    let theirs = question.ask(&mut mujoco)?;
     println!(
         "{}: {} of {}, {}",
         path.display(),
@@ -111,109 +100,170 @@ pub fn compare(args: &Args) -> Result<(), Failure> {
     if !method.integrator.mjcf.contains(&counterpart(&model, &method).as_str()) {
         println!("  MuJoCo has no {}: it runs {}", method.integrator.name, counterpart(&model, &method));
     }
-    if theirs.len() <= steps {
-        println!("  MuJoCo calls the run unstable after {}", si(theirs.len() as f64 * method.timestep, "s"));
+    if theirs.rows.len() <= steps {
+        println!("  MuJoCo calls the run unstable after {}", si(theirs.rows.len() as f64 * method.timestep, "s"));
     }
     let laws = args.method.laws();
     let ours = laws
         .iter()
-        .map(|&contact| {
-            let method = Method { contact, ..method };
-            let Some(wanted) = args.accuracy.accuracy else {
-                let rows = rows(&model, &method, &start, steps);
-                let growth = trusted(&model, &method, &start, &rows, &theirs);
-                let pace = pace(&model, &method, &start, steps, &mut mujoco)?;
-                return Ok(Rollout { rows, pace, chosen: None, growth });
-            };
-            let case = Case { model: exact(&model), start: start.clone(), seconds: steps as f64 * method.timestep };
-            let choice = accuracy::find(&case, &method, wanted)?;
-            for [name, text] in accuracy::account(&choice, wanted) {
-                println!("  {}: {name}: {text}", contact.name);
-            }
-            let before = Instant::now();
-            let rows = accurate(&case, &choice, method.timestep, steps);
-            let ours = before.elapsed().as_secs_f64() / steps.max(1) as f64;
-            let growth = trusted(&model, &method, &start, &rows, &theirs);
-            let pace = [ours, pace(&model, &method, &start, steps, &mut mujoco)?[1]];
-            Ok(Rollout { rows, pace, chosen: Some(choice), growth })
-        })
+        .map(|&law| question.answer(law, args.accuracy.accuracy, &theirs.rows, &mut mujoco))
         .collect::<Result<Vec<Rollout>, Failure>>()?;
 
     println!("\nLargest |qpos difference| up to a time, m or rad (both solve to rounding: tolerance 0)");
-    let mut rows = vec![vec!["time s".to_owned()]];
-    rows[0].extend(laws.iter().map(|law| law.name.to_owned()));
-    let stride = steps.div_ceil(LINES).max(1);
-    for i in (0..=steps).filter(|i| i % stride == 0 || *i == steps) {
-        let mut row = vec![format!("{:.3}", start.time + i as f64 * method.timestep)];
-        row.extend(ours.iter().map(|r| largest(r, &theirs, i).map_or("–".to_owned(), |d| format!("{d:.1e}"))));
-        rows.push(row);
-    }
-    println!("{}", table(&rows));
-
-    let heading = ["", "first differs at", "in", "largest difference", "in", "a step", "times MuJoCo's speed"];
-    let mut rows = vec![heading.map(str::to_owned).to_vec()];
-    let mut line = |name: String, run: &[Vec<f64>], [pace, their_pace]: [f64; 2]| {
-        let (when, what) = match first_different(run, &theirs) {
-            Some((i, coordinate)) => (si(i as f64 * method.timestep, "s"), coordinate_name(&model, coordinate)),
-            None => ("never".to_owned(), "–".to_owned()),
-        };
-        let (most, value) = match largest_difference(run, &theirs) {
-            (_, 0.0) => ("–".to_owned(), "0".to_owned()),
-            (most, value) => (coordinate_name(&model, most), format!("{value:.1e}")),
-        };
-        rows.push(vec![name, when, what, value, most, si(pace, "s"), short(their_pace / pace)]);
-    };
-    for (law, rollout) in laws.iter().zip(&ours) {
-        line(law.name.to_owned(), &rollout.rows, rollout.pace);
-    }
-    let theirs_pace = median(ours.iter().map(|r| r.pace[1]).collect());
-    line(format!("MuJoCo, tolerance {:e}", model.opt.tolerance), &hasty, [theirs_pace; 2]);
-    print!("{}", table(&rows));
+    println!("{}", question.over_time(&laws, &ours, &theirs.rows));
+    print!("{}", question.in_short(&laws, &ours, &theirs));
     println!("  (a difference counts above {DIFFERENT:e} m or rad; speed: medians, in turns with MuJoCo)");
     println!("\nDoes the difference matter");
     for (law, rollout) in laws.iter().zip(&ours) {
         let method = Method { contact: law, ..method };
-        println!("  {}: {}", law.name, verdict(&model, &method, &start, rollout, &theirs, &kicked));
+        println!("  {}: {}", law.name, verdict(&model, &method, &start, rollout, &theirs.rows, &theirs.kicked));
     }
     println!("\nWhy");
-    for (law, rollout) in laws.iter().zip(&ours) {
-        let method = Method { contact: law, ..method };
-        let diverged = rollout.rows.len() <= steps;
-        if diverged {
-            let end = si(rollout.rows.len() as f64 * method.timestep, "s");
-            println!(
-                "  {}: it diverged at {end}: a smaller --timestep may help; the figures are those until then",
-                law.name
-            );
-        }
-        if diverged && first_different(&rollout.rows, &theirs).is_none() {
-            continue;
-        }
-        for reason in why_different(&model, &method, &start, rollout, &theirs, &kicked) {
-            println!("  {}: {reason}", law.name);
-        }
-    }
-    if first_different(&hasty, &theirs).is_some() {
-        let tolerance = model.opt.tolerance;
-        println!(
-            "  MuJoCo, tolerance {tolerance:e}: solver tolerance: MuJoCo's solver stops early, and so does Penny's"
-        );
-    }
-    if steps.saturating_mul(model.nq.max(1)) > MOST_NUMBERS {
-        return Err(Failure::Usage(format!(
-            "error: {steps} steps of {} numbers each are more than can be compared; the most is {}",
-            model.nq,
-            MOST_NUMBERS / model.nq.max(1)
-        )));
-    }
+    print!("{}", question.why(&laws, &ours, &theirs));
     if let Some(file) = &args.plot {
-        chart(path, &model, &method, &theirs, &laws, &ours, file)?;
+        chart(path, &model, &method, &theirs.rows, &laws, &ours, file)?;
     }
     let diverged: Vec<&str> =
         laws.iter().zip(&ours).filter(|(_, r)| r.rows.len() <= steps).map(|(law, _)| law.name).collect();
     match diverged[..] {
         [] => Ok(()),
         _ => Err(Failure::Problem(format!("error: the run diverged under {}", diverged.join(", ")))),
+    }
+}
+
+/// What is compared: a scene under a method, from a start, over some steps.
+struct Question<'a> {
+    path: &'a Path,
+    model: &'a Model,
+    method: &'a Method,
+    start: &'a State,
+    steps: usize,
+}
+
+/// MuJoCo's runs: qpos at the start and after every step.
+struct Theirs {
+    /// Solved to rounding.
+    rows: Vec<Vec<f64>>,
+    /// The same from a start whose velocities differ by [`KICK`].
+    kicked: Vec<Vec<f64>>,
+    /// With the scene's own tolerance.
+    hasty: Vec<Vec<f64>>,
+}
+
+impl Question<'_> {
+    /// MuJoCo's runs. It is left at the start, ready to be timed.
+    fn ask(&self, mujoco: &mut MuJoCo) -> Result<Theirs, Failure> {
+        let load = |mujoco: &mut MuJoCo, start: &State, exact| {
+            mujoco.load(&Scene::Path(self.path), self.model, self.method, start, exact)
+        };
+        load(mujoco, self.start, true)?;
+        let rows = mujoco.rollout(self.steps, 1)?;
+        let mut kicked = self.start.clone();
+        kicked.qvel.iter_mut().for_each(|v| *v += KICK);
+        load(mujoco, &kicked, true)?;
+        let kicked = mujoco.rollout(self.steps, 1)?;
+        load(mujoco, self.start, false)?;
+        let hasty = mujoco.rollout(self.steps, 1)?;
+        load(mujoco, self.start, false)?;
+        mujoco.warm(0)?;
+        Ok(Theirs { rows, kicked, hasty })
+    }
+
+    /// The run of one law; where an accuracy (m) is wanted, by the method that is found for it.
+    fn answer(
+        &self,
+        contact: &'static Law,
+        wanted: Option<f64>,
+        theirs: &[Vec<f64>],
+        mujoco: &mut MuJoCo,
+    ) -> Result<Rollout, Failure> {
+        let Question { model, start, steps, .. } = *self;
+        let method = Method { contact, ..*self.method };
+        let Some(wanted) = wanted else {
+            let rows = rows(model, &method, start, steps);
+            let growth = trusted(model, &method, start, &rows, theirs);
+            let pace = pace(model, &method, start, steps, mujoco)?;
+            return Ok(Rollout { rows, pace, chosen: None, growth });
+        };
+        let case = Case { model: exact(model), start: start.clone(), seconds: steps as f64 * method.timestep };
+        let choice = accuracy::find(&case, &method, wanted)?;
+        for [name, text] in accuracy::account(&choice, wanted) {
+            println!("  {}: {name}: {text}", contact.name);
+        }
+        let before = Instant::now();
+        let rows = accurate(&case, &choice, method.timestep, steps);
+        let ours = before.elapsed().as_secs_f64() / steps.max(1) as f64;
+        let growth = trusted(model, &method, start, &rows, theirs);
+        let pace = [ours, pace(model, &method, start, steps, mujoco)?[1]];
+        Ok(Rollout { rows, pace, chosen: Some(choice), growth })
+    }
+
+    /// The largest difference of each law up to some times, as a table.
+    fn over_time(&self, laws: &[&Law], ours: &[Rollout], theirs: &[Vec<f64>]) -> String {
+        let Question { method, start, steps, .. } = *self;
+        let mut lines = vec![vec!["time s".to_owned()]];
+        lines[0].extend(laws.iter().map(|law| law.name.to_owned()));
+        let stride = steps.div_ceil(LINES).max(1);
+        for i in (0..=steps).filter(|i| i % stride == 0 || *i == steps) {
+            let mut line = vec![format!("{:.3}", start.time + i as f64 * method.timestep)];
+            line.extend(ours.iter().map(|r| largest(r, theirs, i).map_or("–".to_owned(), |d| format!("{d:.1e}"))));
+            lines.push(line);
+        }
+        table(&lines)
+    }
+
+    /// Where each run first differs, where most, and how fast it is: a table with a line for each law and one for MuJoCo
+    /// with the scene's own tolerance.
+    fn in_short(&self, laws: &[&Law], ours: &[Rollout], theirs: &Theirs) -> String {
+        let Question { model, method, .. } = *self;
+        let heading = ["", "first differs at", "in", "largest difference", "in", "a step", "times MuJoCo's speed"];
+        let mut lines = vec![heading.map(str::to_owned).to_vec()];
+        let mut add = |name: String, run: &[Vec<f64>], [pace, their_pace]: [f64; 2]| {
+            let (when, what) = match first_different(run, &theirs.rows) {
+                Some((i, coordinate)) => (si(i as f64 * method.timestep, "s"), coordinate_name(model, coordinate)),
+                None => ("never".to_owned(), "–".to_owned()),
+            };
+            let (most, value) = match largest_difference(run, &theirs.rows) {
+                (_, 0.0) => ("–".to_owned(), "0".to_owned()),
+                (most, value) => (coordinate_name(model, most), format!("{value:.1e}")),
+            };
+            lines.push(vec![name, when, what, value, most, si(pace, "s"), short(their_pace / pace)]);
+        };
+        for (law, rollout) in laws.iter().zip(ours) {
+            add(law.name.to_owned(), &rollout.rows, rollout.pace);
+        }
+        let pace = median(ours.iter().map(|r| r.pace[1]).collect());
+        add(format!("MuJoCo, tolerance {:e}", model.opt.tolerance), &theirs.hasty, [pace; 2]);
+        table(&lines)
+    }
+
+    /// Why each run differs, a line for each reason.
+    fn why(&self, laws: &[&'static Law], ours: &[Rollout], theirs: &Theirs) -> String {
+        let mut text = String::new();
+        for (&contact, rollout) in laws.iter().zip(ours) {
+            let method = Method { contact, ..*self.method };
+            let diverged = rollout.rows.len() <= self.steps;
+            if diverged {
+                text += &format!(
+                    "  {}: it diverged at {}: a smaller --timestep may help; the figures are those until then\n",
+                    contact.name,
+                    si(rollout.rows.len() as f64 * method.timestep, "s")
+                );
+            }
+            if diverged && first_different(&rollout.rows, &theirs.rows).is_none() {
+                continue;
+            }
+            for reason in why_different(self.model, &method, self.start, rollout, &theirs.rows, &theirs.kicked) {
+                text += &format!("  {}: {reason}\n", contact.name);
+            }
+        }
+        if first_different(&theirs.hasty, &theirs.rows).is_some() {
+            text += &format!(
+                "  MuJoCo, tolerance {:e}: solver tolerance: MuJoCo's solver stops early, and so does Penny's\n",
+                self.model.opt.tolerance
+            );
+        }
+        text
     }
 }
 
@@ -257,7 +307,7 @@ fn verdict(
     let (_, itself) = largest_difference(&kicked[..kicked.len().min(trusted + 1)], theirs);
     if itself > 0.3 * apart {
         return format!(
-            "no: the motion is chaotic; MuJoCo, kicked by {KICK:e}, ends {} from itself, and this law {} from it",
+            "no: the motion is chaotic; MuJoCo, kicked by {KICK:e}, ends {} from its own run, and this law {} from it",
             told(itself),
             told(apart)
         );

@@ -12,7 +12,7 @@ pub struct Args {
     /// An MJCF file
     #[arg(value_name = "SCENE.xml")]
     scene: PathBuf,
-    /// The file to write [default: standard output, as if it stood beside the scene]
+    /// The file to write [default: standard output; files are then named as seen from the scene's folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]

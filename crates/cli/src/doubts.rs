@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 
 use super::format::{short, si};
 use penny::collision;
+use penny::contact::describe::{Ask, Touch};
 use penny::data::Data;
 use penny::dynamics;
-use penny::forward::StepError;
+use penny::forward::{Method, StepError};
 use penny::model::{GeomKind, JointKind, Model};
 use penny::state::State;
 use penny_lab::explain;
@@ -128,7 +129,7 @@ fn heavier(model: &Model) -> Option<String> {
     let body = model.bodies.iter().position(|body| body.gravcomp < 0.0)?;
     model.bodies.iter().all(|body| body.gravcomp <= 0.0).then(|| {
         format!(
-            "warning: the `gravcomp` of {} does nothing, as in MuJoCo: below 0 it counts only where that of some body is above 0",
+            "warning: the `gravcomp` of {} has no effect, as in MuJoCo: below 0 it counts only where that of some body is above 0",
             names::body(model, body)
         )
     })
@@ -181,7 +182,7 @@ fn masses(model: &Model) -> Vec<String> {
         }
     }
     [
-        several(&dense).map(|list| format!("warning: masses are in kg, and no matter is so dense: {list}")),
+        several(&dense).map(|list| format!("warning: masses are in kg, and no material is so dense: {list}")),
         several(&light).map(|list| format!("warning: masses are in kg and lengths in m; lighter than air: {list}")),
         several(&large).map(|list| format!("warning: lengths are in m: {list}")),
     ]
@@ -244,12 +245,27 @@ pub fn quaternions(model: &Model, state: &State) -> Vec<String> {
 /// Reads: kinematics in `data` at the state, and its accelerations' factor (`forward`).
 pub fn tunnels(
     model: &Model,
-    method: &penny::forward::Method,
+    method: &Method,
     state: &State,
     data: &Data,
-    touches: &[explain::Touch],
+    touches: &[Touch],
     seconds: f64,
 ) -> Option<String> {
+    let of = |touch: &Touch| {
+        let tunnel = Tunnel::of(model, method, touch, approach(model, state, data, touch, seconds)?)?;
+        Some(tunnel.told(model, method, touch))
+    };
+    touches.iter().find_map(of)
+}
+
+/// Two shapes on their way to each other: speed (m/s), and thickness of both together (m).
+struct Approach {
+    speed: f64,
+    thickness: f64,
+}
+
+/// How the shapes of a pair approach, if they will meet within `seconds` on straight ways.
+fn approach(model: &Model, state: &State, data: &Data, touch: &Touch, seconds: f64) -> Option<Approach> {
     let half = |g: usize| {
         let size = &model.geoms[g].size;
         match model.geoms[g].kind {
@@ -264,34 +280,52 @@ pub fn tunnels(
         let at = data.xpos[body] + data.xmat[body] * model.geoms[g].pos;
         (at, penny_lab::record::velocity(model, state, data, body, &at))
     };
-    for touch in touches {
-        let [a, b] = touch.geom;
-        let t = 2.0 * (half(a) + half(b));
-        if !t.is_finite() {
-            continue;
-        }
-        let ((pa, va), (pb, vb)) = (place(a), place(b));
-        let (apart, closing) = (pb - pa, va - vb);
-        let speed = closing.norm();
+    let [a, b] = touch.geom;
+    let thickness = 2.0 * (half(a) + half(b));
+    if !thickness.is_finite() {
+        return None;
+    }
+    let ((pa, va), (pb, vb)) = (place(a), place(b));
+    let (apart, closing) = (pb - pa, va - vb);
+    let speed = closing.norm();
+    let reach = model.geoms[a].rbound + model.geoms[b].rbound;
+    let along = apart.dot(&closing) / speed.max(f64::MIN_POSITIVE);
+    let miss = (apart.norm_squared() - along * along).max(0.0).sqrt();
+    let meets = along > 0.0 && miss <= reach && along - reach <= speed * seconds;
+    meets.then_some(Approach { speed, thickness })
+}
+
+/// An impact that goes through.
+struct Tunnel {
+    approach: Approach,
+    /// How deep the contact lets it go, m; 0 where its law has no formula.
+    depth: f64,
+    /// By one step, and by the depth.
+    passes: bool,
+    sinks: bool,
+}
+
+impl Tunnel {
+    /// `None` where the contact stops it.
+    fn of(model: &Model, method: &Method, touch: &Touch, approach: Approach) -> Option<Tunnel> {
+        let Approach { speed, thickness: t } = approach;
+        // Too slow for either way, unless 1/ω is above 4 s: nearly all pairs.
         if speed * method.timestep < 0.2 * t && speed * 0.3 < 0.1 * t {
-            continue;
+            return None;
         }
-        let reach = model.geoms[a].rbound + model.geoms[b].rbound;
-        let along = apart.dot(&closing) / speed.max(f64::MIN_POSITIVE);
-        let miss = (apart.norm_squared() - along * along).max(0.0).sqrt();
-        if along <= 0.0 || miss > reach || along - reach > speed * seconds {
-            continue;
-        }
-        let ask = penny::contact::describe::Ask { model, touch, timestep: method.timestep, slope: 0.0 };
+        let ask = Ask { model, touch, timestep: method.timestep, slope: 0.0 };
         let spring = (method.contact.describe)(&ask).springs.map(|[_, hard]| hard);
         let depth = spring.map_or(0.0, |s| impact_depth(speed, s.omega(), s.zeta()));
         let (passes, sinks) = (speed * method.timestep > t, depth > 0.5 * t);
-        if !passes && !sinks {
-            continue;
-        }
-        let [a_name, b_name] = [a, b].map(|g| names::geom(model, g));
+        (passes || sinks).then_some(Tunnel { approach, depth, passes, sinks })
+    }
+
+    /// The warning, with a timestep of which five make the thickness, and a contact that gives way by a quarter of it.
+    fn told(&self, model: &Model, method: &Method, touch: &Touch) -> String {
+        let Tunnel { approach: Approach { speed, thickness: t }, depth, passes, sinks } = *self;
+        let [a_name, b_name] = touch.geom.map(|g| names::geom(model, g));
         let mut text = format!(
-            "warning: {b_name} and {a_name} approach at {}, and are {} thick together",
+            "warning: {b_name} and {a_name} approach at {}, and have a total thickness of {}",
             si(speed, "m/s"),
             si(t, "m")
         );
@@ -321,9 +355,8 @@ pub fn tunnels(
                 );
             }
         }
-        return Some(text + "\n");
+        text + "\n"
     }
-    None
 }
 
 /// One digit, for advice.

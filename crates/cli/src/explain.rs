@@ -35,7 +35,7 @@ pub struct Args {
     limits: LimitArgs,
     #[command(flatten)]
     overrides: OverrideArgs,
-    /// Say all of it: every contact under every law and integrator, all joints and actuators, however long it takes
+    /// Say everything: every contact under every law and integrator, all joints and actuators, however long it takes
     #[arg(long)]
     all: bool,
 }
@@ -85,7 +85,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     let unyielding = explain::unyielding(&model);
     if !unyielding.is_empty() {
         println!(
-            "\nNo spring is told of {}: a push at its centre of mass moves neither of the two; elsewhere it may turn one.",
+            "\nNo spring is given for {}: a push at its centre of mass moves neither of the two; elsewhere it may turn one.",
             names(&model, &unyielding)
         );
     }
@@ -102,9 +102,9 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     }
     print!("{}", limits.text(!tried.used_up()));
     if !args.all && (tried.used_up() || trial.used_up()) {
-        println!("\nNot everything could be tried in {}: --all tries all.", si(TRYING, "s"));
+        println!("\nNot everything could be tried in {}: --all tries everything.", si(TRYING, "s"));
     } else if !whole && !groups.is_empty() {
-        println!("\n--all says all of it: every contact under every law and integrator.");
+        println!("\n--all says everything: every contact under every law and integrator.");
     }
     Ok(())
 }

@@ -77,7 +77,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Simulate a scene (also without the word: `penny SCENE.xml`)
+    /// Simulate a scene (`run` may be left out: `penny SCENE.xml`)
     Run(run::Args),
     /// Report every problem of scene files; exit code 1 if there is an error
     Check(check::Args),

@@ -209,7 +209,7 @@ fn range(axis: &AxisArg, setting: &Setting) -> Result<[f64; 2], Failure> {
     }))
 }
 
-/// Log-spaced edges of so many cells.
+/// Log-spaced edges of this many cells.
 fn edges(low: f64, high: f64, cells: usize) -> Vec<f64> {
     (0..=cells).map(|i| low * (high / low).powf(i as f64 / cells as f64)).collect()
 }

@@ -21,10 +21,10 @@ const VERSION: &str = "4.0.0";
 const INSTALL: &str = "  help: python3 -m venv .venv && .venv/bin/pip install mujoco==4.0.0\n  \
                        Penny finds .venv/bin/python by itself; elsewhere set PENNY_PYTHON=path/to/python";
 
-/// How long Python may take to start, and to answer: so much and so much a step.
+/// How long Python may take to start, and to answer: a fixed part and a part for each step.
 const START: Duration = Duration::from_secs(30);
 const ANSWER: (Duration, Duration) = (Duration::from_secs(60), Duration::from_millis(5));
-/// Bytes of an answer: so many, and so many for each number that was asked for.
+/// Bytes of an answer: a fixed part, and a part for each number that was asked for.
 const MOST_BYTES: (usize, usize) = (1 << 20, 32);
 
 pub struct MuJoCo {
@@ -141,7 +141,7 @@ impl MuJoCo {
     }
 
     /// Nanoseconds of `steps` steps from the state that [`MuJoCo::warm`] left, measured inside Python: of one world, or of
-    /// all of `worlds` on so many threads.
+    /// all of `worlds` on this many threads.
     pub fn batch(&mut self, steps: usize, worlds: Option<[usize; 2]>) -> Result<f64, Failure> {
         let [worlds, threads] = worlds.unwrap_or_default();
         let request = json!({ "do": "batch", "steps": steps, "worlds": worlds, "threads": threads });
@@ -163,7 +163,8 @@ impl MuJoCo {
             RecvTimeoutError::Timeout => gone(&format!("it did not answer within {} s", patience.as_secs())),
             RecvTimeoutError::Disconnected => gone("it stopped answering"),
         })?;
-        let answer: Value = serde_json::from_str(&line).map_err(|_| gone("its answer is no answer, or too long"))?;
+        let answer: Value =
+            serde_json::from_str(&line).map_err(|_| gone("its answer cannot be read, or is too long"))?;
         match answer["error"].as_str() {
             Some(error) => {
                 let error: String = error.chars().take(2000).collect();

@@ -25,7 +25,7 @@ pub struct Args {
     /// Play a recorded session again, bit for bit
     #[arg(long, value_name = "run.json", conflicts_with = "scene")]
     replay: Option<PathBuf>,
-    /// Begin the replay after so many simulated seconds: what was before is computed, not shown
+    /// Begin the replay after this many simulated seconds; what comes before is computed, but not shown
     #[arg(long, value_name = "S", value_parser = positive, requires = "replay", allow_hyphen_values = true)]
     from: Option<f64>,
     /// Seed of the game's passes

@@ -9,7 +9,7 @@ use super::accuracy::{self, AccuracyArgs};
 use super::files;
 use super::format::{short, si};
 use super::play::{opened, recorded};
-use super::scene::{LimitArgs, MethodArgs, StartArgs};
+use super::scene::{DEFAULT_TIME, LimitArgs, MOST_STEPS, MethodArgs, StartArgs};
 use penny::draft::Draft;
 use penny::forward::Method;
 use penny_lab::accuracy::Stepping;
@@ -38,7 +38,7 @@ pub struct Args {
     /// Frames per second [default: 50, .apng 30, .mp4 and .webm 60]
     #[arg(long, value_name = "N", value_parser = positive, allow_hyphen_values = true)]
     fps: Option<f64>,
-    /// Begin after so many simulated seconds: what was before is computed, not shown
+    /// Begin after this many simulated seconds; what comes before is computed, but not shown
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     from: Option<f64>,
     /// Simulated seconds to show [default: 3, or the recorded session to its end]
@@ -47,10 +47,10 @@ pub struct Args {
     /// Simulated seconds per second of film
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_hyphen_values = true)]
     speed: f64,
-    /// Where from: azimuth and elevation in degrees, distance and target in m [default: all that moves is seen]
+    /// Camera: azimuth and elevation in degrees, distance and target in m [default: all that moves is in view]
     #[arg(long, value_name = "A,E[,D[,X,Y,Z]]", allow_hyphen_values = true)]
     camera: Option<String>,
-    /// Body that the camera follows; `none` [default: the only one that moves]
+    /// Body that the camera follows, or `none` [default: the only one that moves]
     #[arg(long, value_name = "BODY")]
     follow: Option<String>,
     /// No arrows, no trails
@@ -69,12 +69,8 @@ pub struct Args {
     limits: LimitArgs,
 }
 
-/// s
-const DEFAULT_TIME: f64 = 3.0;
 /// Nine hours of film at 30 frames a second.
 const MOST_FRAMES: usize = 1_000_000;
-/// Steps that somebody may wait for.
-const MOST_STEPS: f64 = 1e12;
 
 pub fn render(args: &Args) -> Result<(), Failure> {
     let format = Format::of(&args.output).map_err(usage)?;
@@ -94,7 +90,7 @@ pub fn render(args: &Args) -> Result<(), Failure> {
     let whole = recorded.is_some() && args.time.is_none();
     let frames = if whole { film.frames_to_end(duration) } else { film.frames(duration) };
     let [width, height] = args.size.unwrap_or(if args.panel { [1280, 720] } else { [640, 480] });
-    let most = if session.method.timestep > 0.0 { MOST_STEPS * session.method.timestep } else { 0.0 };
+    let most = if session.method.timestep > 0.0 { MOST_STEPS as f64 * session.method.timestep } else { 0.0 };
     if frames > MOST_FRAMES || duration + from > most {
         let steps = (duration + from) / session.method.timestep;
         return Err(Failure::Usage(format!(
@@ -103,7 +99,7 @@ pub fn render(args: &Args) -> Result<(), Failure> {
             short(frames as f64),
             short(steps),
             short(MOST_FRAMES as f64),
-            short(MOST_STEPS)
+            short(MOST_STEPS as f64)
         )));
     }
     // Written beside, as ffmpeg does too, until it is whole.

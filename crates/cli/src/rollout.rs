@@ -1,6 +1,8 @@
 //! `penny rollout`: many worlds of one scene, each with a start and parameters of its own, on all cores.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -19,7 +21,7 @@ use penny::draft::Draft;
 use penny::model::Model;
 use penny_lab::accuracy;
 use penny_lab::names;
-use penny_lab::record::{self, Recorder};
+use penny_lab::record::{self, Quantity, Recorder};
 use penny_lab::sweep::Case;
 
 mod unfinished;
@@ -36,7 +38,7 @@ pub struct Args {
     /// Worlds to run [default: 100]
     #[arg(long, value_name = "N", value_parser = scene::at_least_one, conflicts_with = "table")]
     worlds: Option<usize>,
-    /// Give each world a number of its own, evenly distributed: `qvel[0]=1..3`, `qpos[hinge]=0..1.57`, `ctrl[motor]=-1..1`,
+    /// Give each world a number of its own, uniformly distributed: `qvel[0]=1..3`, `qpos[hinge]=0..1.57`, `ctrl[motor]=-1..1`,
     /// `friction[ground]=0.2..0.9` (or `friction` of all geoms), `solref[ball]=0.005..0.02` (its time constant),
     /// `mass[crate]=1..10`, `gravity[z]=-9.81..-1.62`, `timestep=0.001..0.004`. May be given several times
     #[arg(long, value_name = "NAME=A..B", value_parser = vary::parse, allow_hyphen_values = true)]
@@ -44,20 +46,22 @@ pub struct Args {
     /// A CSV file with a world in each row, and a column for each number, named as in --vary
     #[arg(long, value_name = "FILE.csv", conflicts_with = "vary")]
     table: Option<PathBuf>,
-    /// Where the results go, a row a world: CSV, or Parquet by the name's end (a build with `--features parquet`)
+    /// Where the results go, one row for each world: CSV, or Parquet if the name ends in .parquet (a build with `--features
+    /// parquet`)
     #[arg(long, short, value_name = "FILE.csv")]
     out: PathBuf,
-    /// Go on with a rollout that was interrupted: the worlds in the unfinished file are not run again. Scene and options have to be
-    /// those that it was begun with; there may be more --worlds
+    /// Continue an interrupted rollout: the worlds in the unfinished file are not run again. Scene and options must be those
+    /// that it was begun with; only --worlds may be larger
     #[arg(long)]
     resume: bool,
-    /// Which random numbers: the same seed gives every world the same ones, however many worlds there are
+    /// Seed of the random numbers: the same seed gives each world the same numbers, however many worlds there are
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Threads, at most one a world and one a core, or 16 if these are more [default: all cores]; results do not depend on it
+    /// Threads: at most one for each world, and at most one for each core or 16, whichever is more [default: all cores];
+    /// results do not depend on it
     #[arg(long, value_name = "N", value_parser = scene::at_least_one)]
     threads: Option<usize>,
-    /// Quantities at the end of each run that become columns: names and groups as in `penny run --show`
+    /// Quantities at the end of each run to add as columns: names and groups as in `penny run --show`
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     show: Vec<String>,
     #[command(flatten)]
@@ -102,48 +106,19 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     // The start is the model's: it was checked when it was read.
     base.restore(&start).map_err(|e| Failure::Problem(format!("error: {e}")))?;
     let plan = Plan::new(args, &base, seconds)?;
-    let mut header = vec!["world".to_owned()];
-    header.extend(plan.names.iter().cloned());
-    header.push("failed".to_owned());
     let wanted = args.accuracy.accuracy;
-    if wanted.is_some() {
-        header.extend(["method", "evaluations", "error m"].map(str::to_owned));
-    }
-    header.extend(record::columns(&model, &shown));
-    let header = header.iter().map(|name| record::quoted(name)).collect::<Vec<_>>().join(",");
+    let header = header(&plan, wanted.is_some(), &model, &shown);
     let unfinished = Unfinished::of(&args.out);
     let settings = settings(args, [&read, &model], &method, &start, seconds, &plan);
-    let (mut out, done) = unfinished.open(&settings, &header, args.resume, plan.worlds)?;
+    let (out, done) = unfinished.open(&settings, &header, args.resume, plan.worlds)?;
     let interrupt = Interrupt::watch()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(args.threads, plan.worlds - done)).build();
     let pool = pool.map_err(|e| Failure::Problem(format!("error: no threads: {e}")))?;
 
-    let progress = bar(plan.worlds, done);
     let before = Instant::now();
-    let (mut failures, mut world) = (0, done);
-    while world < plan.worlds && interrupt.code().is_none() {
-        let piece = world..(world + PIECE * pool.current_num_threads()).min(plan.worlds);
-        let run = |world: usize| plan.run(world, &base, seconds, &shown, wanted, &interrupt);
-        let rows: Vec<_> = pool.install(|| piece.clone().into_par_iter().map(run).collect());
-        for row in rows {
-            // The first world's that cannot be, whichever thread was first.
-            let row = row.inspect_err(|_| {
-                if piece.start == 0 {
-                    unfinished.remove()
-                }
-            })?;
-            // Up to the first one that a signal ended.
-            let Some((row, failed)) = row else { break };
-            failures += usize::from(failed);
-            writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
-            world += 1;
-        }
-        out.flush().map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
-        progress.set_position(world as u64);
-    }
-    progress.finish_and_clear();
+    let run = |world: usize| plan.run(world, &base, seconds, &shown, wanted, &interrupt);
+    let (world, failures) = write_rows(done..plan.worlds, run, &pool, out, &unfinished, &interrupt)?;
     let elapsed = before.elapsed().as_secs_f64();
-    drop(out);
     if let Some(code) = interrupt.code().filter(|_| world < plan.worlds) {
         eprintln!(
             "warning: interrupted after {world} of {}: they are in {}; go on with --resume",
@@ -181,6 +156,56 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Runs the worlds, a piece at a time on all threads, and writes their rows in order. Out: the first world that has no row,
+/// and how many failed.
+///
+/// Errors: a row cannot be written, or a world cannot have its numbers; where that is known from the first piece on, nothing
+/// is left of the rollout.
+fn write_rows(
+    worlds: Range<usize>,
+    run: impl Fn(usize) -> Result<Option<(String, bool)>, Failure> + Sync,
+    pool: &rayon::ThreadPool,
+    mut out: BufWriter<File>,
+    unfinished: &Unfinished,
+    interrupt: &Interrupt,
+) -> Result<(usize, usize), Failure> {
+    let progress = bar(worlds.end, worlds.start);
+    let (mut failures, mut world) = (0, worlds.start);
+    while world < worlds.end && interrupt.code().is_none() {
+        let piece = world..(world + PIECE * pool.current_num_threads()).min(worlds.end);
+        let rows: Vec<_> = pool.install(|| piece.clone().into_par_iter().map(&run).collect());
+        for row in rows {
+            // The first world's that cannot be, whichever thread was first.
+            let row = row.inspect_err(|_| {
+                if piece.start == 0 {
+                    unfinished.remove()
+                }
+            })?;
+            // Up to the first one that a signal ended.
+            let Some((row, failed)) = row else { break };
+            failures += usize::from(failed);
+            writeln!(out, "{row}").map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
+            world += 1;
+        }
+        out.flush().map_err(|e| files::cannot_write(&unfinished.rows, &e))?;
+        progress.set_position(world as u64);
+    }
+    progress.finish_and_clear();
+    Ok((world, failures))
+}
+
+/// The names of the columns, as CSV.
+fn header(plan: &Plan, to_an_accuracy: bool, model: &Model, shown: &[Quantity]) -> String {
+    let mut names = vec!["world".to_owned()];
+    names.extend(plan.names.iter().cloned());
+    names.push("failed".to_owned());
+    if to_an_accuracy {
+        names.extend(["method", "evaluations", "error m"].map(str::to_owned));
+    }
+    names.extend(record::columns(model, shown));
+    names.iter().map(|name| record::quoted(name)).collect::<Vec<_>>().join(",")
+}
+
 /// Checks the name of the results. Out: whether they are Parquet.
 ///
 /// Errors: wrong usage, if it is none that they can have.
@@ -193,14 +218,14 @@ fn can_be_written(out: &Path) -> Result<bool, Failure> {
     } else if end == "json" {
         format!("error: --out: `{name}` would be CSV: give a name that ends in .csv or .parquet")
     } else if out.exists() && !out.is_file() {
-        format!("error: --out: `{name}` is no file that could be replaced: name another one, such as worlds.csv")
+        format!("error: --out: `{name}` is not a file that can be replaced: name another one, such as worlds.csv")
     } else {
         return Ok(end == "parquet");
     };
     Err(Failure::Usage(why))
 }
 
-/// How many threads run so many worlds; 0 is what rayon takes for all cores.
+/// How many threads run this many worlds; 0 is what rayon takes for all cores.
 fn threads(asked: Option<usize>, worlds: usize) -> usize {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     match asked {
@@ -250,7 +275,7 @@ impl Plan {
             } else if args.method.timestep.is_some() {
                 "--timestep and timestep set the same number: leave one out"
             } else if args.length.counted() {
-                "worlds of varied timestep run for the same time, not for so many --steps: give --time"
+                "worlds of different timesteps run for the same time, not for the same --steps: give --time"
             } else {
                 ""
             };
@@ -326,7 +351,7 @@ impl Plan {
         world: usize,
         base: &Simulation,
         seconds: f64,
-        shown: &[record::Quantity],
+        shown: &[Quantity],
         wanted: Option<f64>,
         interrupt: &Interrupt,
     ) -> Result<Option<(String, bool)>, Failure> {

@@ -1,17 +1,19 @@
 //! `penny run`: simulates a scene, tells about it, and writes it down where asked.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+mod outputs;
 mod summary;
 mod table;
 pub mod warnings;
+mod watch;
 
-use self::table::Table;
-use self::warnings::{EnergyGain, Overlap};
+use self::outputs::Outputs;
+use self::warnings::Overlap;
+use self::watch::Watch;
 use super::accuracy::{self, AccuracyArgs, Chosen, Stepper};
 use super::doubts;
 use super::explain::{hopping, largest_timestep, requirements};
@@ -22,12 +24,11 @@ use super::scene::{self, LengthArgs, LimitArgs, MethodArgs, OverrideArgs, StartA
 use super::{Failure, Report};
 use penny::control::Failed;
 use penny::data::Data;
-use penny::draft::Draft;
 use penny::forward::{Method, StepError};
 use penny::model::Model;
 use penny::state::State;
 use penny_lab::explain::{self, Budget, Touch, probe};
-use penny_lab::record::{self, Balance, Csv, Json, Lines, Picture, Quantity, Recorder, Sample};
+use penny_lab::record::{self, Balance, Recorder};
 use penny_lab::sweep::theory;
 use penny_lab::{names, plot};
 
@@ -51,8 +52,8 @@ pub struct Args {
     #[command(flatten)]
     overrides: OverrideArgs,
     /// What to show: names (`crate.z`, `hinge`, `ground-crate.fn`) or groups (position, velocity, rotation, joints, forces,
-    /// contacts, actuators, sensors, energy, all), with commas between them. It chooses the table's columns and what --plot draws, and
-    /// adds columns of these names to --csv and --json
+    /// contacts, actuators, sensors, energy, all), separated by commas. Selects the table's columns and what --plot draws, and adds
+    /// these columns to --csv and --json
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     show: Vec<String>,
     /// Write the state at the end of the run, for --load-state
@@ -74,10 +75,6 @@ pub struct Args {
     limits: LimitArgs,
 }
 
-/// Lines of the table over time.
-const LINES: usize = 10;
-/// Looks at the energy in a run, at least.
-const LOOKS: usize = 200;
 /// Steps between two looks at the clock.
 const BATCH: usize = 4096;
 /// Real time for what is tried before the first step, s; the development build is slower.
@@ -118,8 +115,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         path.map_or(Ok(()), files::writable)?;
     }
     let interrupt = Interrupt::watch()?;
-    let mut outputs = Outputs::open(args, &model, &method, &shown)?;
-    let drawn = outputs.picture.as_ref().map(Picture::quantities).unwrap_or_default();
+    let outputs = Outputs::open(args, &model, &method, &shown)?;
     let mut recorder = Recorder::new(&model);
     let first = recorder.sample(&model, &state);
     let overlap = Overlap::find(&model, recorder.contacts());
@@ -134,86 +130,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         eprintln!("{doubt}");
     }
 
-    let mut table = Table::new(&model, &shown);
-    let mut data = Data::new(&model);
-    let mut stepper = Stepper::new(&model, &method, &state, steps, controlled)?;
-    let [stride, look] = [LINES, LOOKS].map(|n| steps.div_ceil(n).max(1));
-    let progress = Progress::new(steps);
-    let mut elapsed = Duration::ZERO;
-    let mut failed = None;
-    let mut energy = EnergyGain::new(&model, &first);
-    let mut balance = Balance::new(&model, method.integrator);
-    let mut last = first;
-    let mut overflow = None;
-    let mut fast: Option<String> = None;
-    let mut i = 0;
-    loop {
-        let (written, listed) = (outputs.any() && i % args.every == 0, i % stride == 0 || i == steps);
-        let looked = i % look == 0 || i == steps;
-        if written || listed || looked {
-            let sample = recorder.sample(&model, &state);
-            if written {
-                let values = recorder.values(&model, &method, &state, &sample, &shown);
-                outputs.write(&state, &sample, &values)?;
-                if let Some(picture) = &mut outputs.picture {
-                    let values = recorder.values(&model, &method, &state, &sample, &drawn);
-                    picture.push(&state, &sample, &values);
-                }
-            }
-            if listed {
-                let values = recorder.values(&model, &method, &state, &sample, table.quantities());
-                table.push(&state, &sample, values);
-            }
-            if looked {
-                recorder.forces(&model, &method, &state);
-                energy.enter(&model, &state, &sample, recorder.data());
-                if fast.is_none() {
-                    let left = (steps - i) as f64 * method.timestep;
-                    fast = doubts::tunnels(&model, &method, &state, recorder.data(), &touches, left);
-                    eprint!("{}", fast.as_deref().unwrap_or_default());
-                }
-            }
-            if !sample.energy.is_finite() {
-                overflow = overflow.or(Some(state.time));
-            }
-            last = sample;
-        }
-        if i == steps {
-            break;
-        }
-        // On to the next step that something is done at.
-        let row = if outputs.any() { args.every } else { BATCH };
-        // Where steps take long, the clock is looked at more often.
-        let batch = (PATIENCE.as_secs_f64() / 4.0 * i as f64 / elapsed.as_secs_f64().max(1e-9)) as usize;
-        let batch = if i == 0 { 1 } else { batch.clamp(1, BATCH) };
-        let until = [row, stride, look, batch].map(|n| (i / n + 1) * n).into_iter().min().unwrap_or(steps).min(steps);
-        let before = Instant::now();
-        let outcome = (i..until).try_for_each(|i| {
-            balance.before(&state);
-            let outcome = stepper.step(&model, &method, i + 1, &mut state, &mut data);
-            balance.after(&model, &state, &data, method.timestep);
-            outcome
-        });
-        elapsed += before.elapsed();
-        outputs.tick()?;
-        if let Err(error) = outcome {
-            failed = Some(error);
-            break;
-        }
-        i = until;
-        progress.at(i, elapsed);
-        if interrupt.code().is_some() {
-            last = recorder.sample(&model, &state);
-            break;
-        }
-    }
-    progress.finish();
-    if interrupt.code().is_some() && i < steps {
-        eprintln!("warning: interrupted at {}, after {i} of {}", si(state.time, "s"), count(steps, "step", "steps"));
-    }
-    let steps = i;
-    report.print(&format!("\n{}", table.text(&model)));
-    let picture = outputs.finish()?;
+    let watch = Watch::new(&model, &method, steps, args.every, &touches, &shown, outputs, recorder, first);
+    let mut ran = simulate(&model, &method, &mut state, steps, controlled, watch, &interrupt)?;
+    report.print(&format!("\n{}", ran.watch.table.text(&model)));
+    let picture = ran.watch.outputs.finish()?;
     if let (Some(path), Some(picture)) = (&args.plot, picture) {
         let how = format!("{}, {}, h = {}", method.contact.name, method.integrator.name, si(method.timestep, "s"));
         let start = args.start.told();
@@ -221,34 +141,103 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let figure = picture.figure(&args.scene.display().to_string(), &how);
         plot::save(&figure, path).map_err(|e| Failure::Problem(format!("error: {e}")))?;
     }
-    if let Some(error) = failed {
-        return Err(Failure::Problem(self::report(&model, &method, &data, &error)));
+    if let Some(error) = ran.failed {
+        return Err(Failure::Problem(self::report(&model, &method, &ran.data, &error)));
     }
     if let Some(path) = &args.save_state {
         files::write_state(path, &model, &method, &state)?;
     }
-    if steps > 0 {
-        recorder.forces(&model, &method, &state);
-        report.print(&summary::contacts(&model, recorder.data()));
+    if ran.steps > 0 {
+        ran.watch.recorder.forces(&model, &method, &state);
+        report.print(&summary::contacts(&model, ran.watch.recorder.data()));
         // Controlled steps end between the rows: what they did is not in the balance.
-        let balance = controlled.is_none().then_some(&balance);
-        report.print(&summary::energy(&model, &first, &last, energy.kinetic(), balance));
+        let balance = controlled.is_none().then_some(&ran.balance);
+        let kinetic = ran.watch.energy.kinetic();
+        report.print(&summary::energy(&model, &first, &ran.watch.last, kinetic, balance));
         // Of controlled steps only the rows are counted here.
         let unit = if controlled.is_some() { ["row", "rows"] } else { ["step", "steps"] };
-        report.print(&format!("  {}\n", pace(steps, unit, method.timestep, elapsed)));
-        eprint!("{}", super::explain::unsolved(&data, &method, steps));
+        report.print(&format!("  {}\n", pace(ran.steps, unit, method.timestep, ran.elapsed)));
+        eprint!("{}", super::explain::unsolved(&ran.data, &method, ran.steps));
     }
-    if let Some(time) = overflow {
+    if let Some(time) = ran.watch.overflow {
         eprintln!(
             "warning: from {} on the energy is too large a number, more than 1.8e308 J: it is `inf` in CSV and `null` in \
              JSON; check masses, sizes and speeds",
             si(time, "s")
         );
     }
-    if energy.grew() {
-        eprintln!("{}", energy.told(&model, &method, overlap.as_ref(), limit.as_ref(), data.unconverged));
+    if ran.watch.energy.grew() {
+        let unconverged = ran.data.unconverged;
+        eprintln!("{}", ran.watch.energy.told(&model, &method, overlap.as_ref(), limit.as_ref(), unconverged));
     }
     interrupt.code().map_or(Ok(()), |code| Err(Failure::Interrupted(code)))
+}
+
+/// What a run left.
+struct Ran<'a> {
+    watch: Watch<'a>,
+    /// As the last step left it.
+    data: Data,
+    balance: Balance,
+    /// Steps that were taken.
+    steps: usize,
+    /// Real time that they took.
+    elapsed: Duration,
+    /// Why it ended early, if a step failed.
+    failed: Option<Failed>,
+}
+
+/// Takes the steps, and lets `watch` look at the states between them.
+///
+/// Errors: an output could not be written. A step that fails ends the run, which is told.
+fn simulate<'a>(
+    model: &'a Model,
+    method: &'a Method,
+    state: &mut State,
+    steps: usize,
+    controlled: Option<(f64, usize)>,
+    mut watch: Watch<'a>,
+    interrupt: &Interrupt,
+) -> Result<Ran<'a>, Failure> {
+    let mut data = Data::new(model);
+    let mut stepper = Stepper::new(model, method, state, steps, controlled)?;
+    let mut balance = Balance::new(model, method.integrator);
+    let progress = Progress::new(steps);
+    let (mut elapsed, mut failed, mut i) = (Duration::ZERO, None, 0);
+    loop {
+        watch.look(i, state)?;
+        if i == steps {
+            break;
+        }
+        // Where steps take long, the clock is looked at more often.
+        let batch = (PATIENCE.as_secs_f64() / 4.0 * i as f64 / elapsed.as_secs_f64().max(1e-9)) as usize;
+        let batch = if i == 0 { 1 } else { batch.clamp(1, BATCH) };
+        let until = watch.next(i).min((i / batch + 1) * batch).min(steps);
+        let before = Instant::now();
+        let outcome = (i..until).try_for_each(|i| {
+            balance.before(state);
+            let outcome = stepper.step(model, method, i + 1, state, &mut data);
+            balance.after(model, state, &data, method.timestep);
+            outcome
+        });
+        elapsed += before.elapsed();
+        watch.outputs.tick()?;
+        if let Err(error) = outcome {
+            failed = Some(error);
+            break;
+        }
+        i = until;
+        progress.at(i, elapsed);
+        if interrupt.code().is_some() {
+            watch.last = watch.recorder.sample(model, state);
+            break;
+        }
+    }
+    progress.finish();
+    if interrupt.code().is_some() && i < steps {
+        eprintln!("warning: interrupted at {}, after {i} of {}", si(state.time, "s"), count(steps, "step", "steps"));
+    }
+    Ok(Ran { watch, data, balance, steps: i, elapsed, failed })
 }
 
 /// All that is doubtful before the first step.
@@ -302,20 +291,20 @@ fn account(
     if !method.contact.joints && model.requires.limits + model.requires.frictionloss > 0 {
         rows.push([
             String::new(),
-            "it has no joint limits and no dry friction of joints: those of the scene do nothing".into(),
+            "it has no joint limits and no dry friction of joints: those of the scene have no effect".into(),
         ]);
     }
     let tied = model.tendons.iter().any(|t| t.range.is_some() || t.frictionloss > 0.0);
     if !method.contact.joints && (tied || model.requires.equalities > 0) {
         rows.push([
             String::new(),
-            "it has no equalities and no limits and dry friction of tendons: those of the scene do nothing".into(),
+            "it has no equalities and no limits and dry friction of tendons: those of the scene have no effect".into(),
         ]);
     }
     if model.opt.noslip_iterations > 0 && (method.contact.name != "mujoco" || method.integrator.implicit) {
         rows.push([
             String::new(),
-            "it has no second pass over friction: the scene's noslip_iterations do nothing".into(),
+            "it has no second pass over friction: the scene's noslip_iterations have no effect".into(),
         ]);
     }
     rows.push(["integrator".into(), format!("{}: {}", method.integrator.name, method.integrator.about)]);
@@ -327,7 +316,7 @@ fn account(
         rows.push([
             "rest".into(),
             format!(
-                "{touch}: none; by its formula {} deep, but a step falls g h² = {}: it hops, {} off to {} deep (see explain)",
+                "{touch}: none; the formula says {} deep, but a step falls by g h² = {}: it hops, from {} off to {} deep (see explain)",
                 si(rest, "m"),
                 si(fall, "m"),
                 si(-low, "m"),
@@ -352,8 +341,10 @@ fn account(
     let limit = limit.filter(|(limit, _)| *limit < explain::probe::LARGEST);
     let limit = safe(model, method, start, limit, budget);
     if budget.used_up() {
-        let what =
-            format!("not all contacts and starts could be tried in {}: penny explain --all tries all", si(TRYING, "s"));
+        let what = format!(
+            "not all contacts and starts could be tried in {}: penny explain --all tries everything",
+            si(TRYING, "s")
+        );
         rows.push(["left out".into(), what]);
     }
     if !model.keyframes.is_empty() {
@@ -473,135 +464,6 @@ fn report(model: &Model, method: &Method, data: &Data, error: &Failed) -> String
         _ => format!("  help: try a smaller step (--timestep {:.1e}) or another integrator", 0.1 * method.timestep),
     };
     text
-}
-
-/// The files, or standard output, that the run is written to.
-struct Outputs<'a> {
-    csv: Option<(&'a Path, Csv)>,
-    json: Option<(&'a Path, Json)>,
-    table: Option<(&'a Path, Columns)>,
-    picture: Option<Picture>,
-}
-
-impl Outputs<'_> {
-    fn open<'a>(args: &'a Args, model: &Model, method: &Method, shown: &[Quantity]) -> Result<Outputs<'a>, Failure> {
-        let csv = |path: &'a PathBuf| {
-            let csv = create(path).and_then(|out| Csv::new(out, model, shown));
-            csv.map(|csv| (path.as_path(), csv)).map_err(|e| files::cannot_write(path, &e))
-        };
-        let json = |path: &'a PathBuf| {
-            let json = create(path).and_then(|out| Json::new(out, model, method, shown));
-            json.map(|json| (path.as_path(), json)).map_err(|e| files::cannot_write(path, &e))
-        };
-        Ok(Outputs {
-            csv: args.csv.as_ref().map(csv).transpose()?,
-            json: args.json.as_ref().map(json).transpose()?,
-            table: args
-                .parquet
-                .as_deref()
-                .map(|path| Columns::open(path, model, method, shown).map(|columns| (path, columns)))
-                .transpose()?,
-            picture: args.plot.as_ref().map(|_| Picture::new(model, shown)),
-        })
-    }
-
-    fn any(&self) -> bool {
-        self.csv.is_some() || self.json.is_some() || self.table.is_some() || self.picture.is_some()
-    }
-
-    fn write(&mut self, state: &State, sample: &Sample, values: &[f64]) -> Result<(), Failure> {
-        if let Some((path, csv)) = &mut self.csv {
-            csv.write(state, sample, values).map_err(|e| files::cannot_write(path, &e))?;
-        }
-        if let Some((path, json)) = &mut self.json {
-            json.write(state, sample, values).map_err(|e| files::cannot_write(path, &e))?;
-        }
-        if let Some((path, table)) = &mut self.table {
-            table.write(state, sample, values).map_err(|e| files::cannot_write(path, &e))?;
-        }
-        Ok(())
-    }
-
-    /// Writes rows that have waited for half a second.
-    fn tick(&mut self) -> Result<(), Failure> {
-        if let Some((path, csv)) = &mut self.csv {
-            csv.tick().map_err(|e| files::cannot_write(path, &e))?;
-        }
-        if let Some((path, json)) = &mut self.json {
-            json.tick().map_err(|e| files::cannot_write(path, &e))?;
-        }
-        Ok(())
-    }
-
-    /// Completes the files; what is left is to draw the picture.
-    fn finish(self) -> Result<Option<Picture>, Failure> {
-        if let Some((path, csv)) = self.csv {
-            csv.finish().map_err(|e| files::cannot_write(path, &e))?;
-        }
-        if let Some((path, json)) = self.json {
-            json.finish().map_err(|e| files::cannot_write(path, &e))?;
-        }
-        if let Some((path, table)) = self.table {
-            table.finish().map_err(|e| files::cannot_write(path, &e))?;
-        }
-        Ok(self.picture)
-    }
-}
-
-/// A file of columns, complete at its end.
-#[cfg(feature = "parquet")]
-struct Columns {
-    draft: Option<Draft>,
-    columns: record::Parquet,
-}
-
-#[cfg(feature = "parquet")]
-impl Columns {
-    fn open(path: &Path, model: &Model, method: &Method, shown: &[Quantity]) -> Result<Columns, Failure> {
-        let open = || {
-            let draft = if path == Path::new("-") { None } else { Some(Draft::new(path)?) };
-            let out: Box<dyn io::Write + Send> = match &draft {
-                None => Box::new(io::stdout()),
-                Some(draft) => Box::new(draft.open()?),
-            };
-            Ok(Columns { draft, columns: record::Parquet::new(out, model, method, shown)? })
-        };
-        open().map_err(|e: io::Error| files::cannot_write(path, &e))
-    }
-
-    fn write(&mut self, state: &State, sample: &Sample, values: &[f64]) -> io::Result<()> {
-        self.columns.write(state, sample, values)
-    }
-
-    fn finish(self) -> io::Result<()> {
-        self.columns.finish()?;
-        self.draft.map_or(Ok(()), Draft::keep)
-    }
-}
-
-/// What stands in its place in a build without.
-#[cfg(not(feature = "parquet"))]
-enum Columns {}
-
-#[cfg(not(feature = "parquet"))]
-impl Columns {
-    fn open(_: &Path, _: &Model, _: &Method, _: &[Quantity]) -> Result<Columns, Failure> {
-        let why = "error: --parquet: this penny was built without it: `cargo run --features parquet -- SCENE.xml --parquet \
-                   FILE` builds it; --csv and --json need nothing";
-        Err(Failure::Problem(why.to_owned()))
-    }
-
-    fn write(&mut self, _: &State, _: &Sample, _: &[f64]) -> io::Result<()> {
-        match *self {}
-    }
-
-    fn finish(self) -> io::Result<()> {
-        match self {}
-    }
-}
-
-fn create(path: &Path) -> io::Result<Lines> {
-    if path == Path::new("-") { Ok(Lines::stream(io::stdout())) } else { Lines::file(Draft::new(path)?) }
 }
 
 /// A bar on the terminal, once the run takes longer than [`PATIENCE`].

@@ -15,25 +15,24 @@ use penny::Scene;
 use penny::contact::{self, Law};
 use penny::forward::{Method, ROUNDS};
 use penny::integrate::{self, Integrator};
+use penny::math::MIN_MU;
 use penny::mjcf::{self, Limits};
 use penny::model::{Joint, JointKind, Keyframe, Model, Parts};
 use penny::state::State;
 
 /// s
-const DEFAULT_TIME: f64 = 3.0;
+pub const DEFAULT_TIME: f64 = 3.0;
 /// More would take longer than a day even where a step takes 0.1 µs.
 pub const MOST_STEPS: usize = 1_000_000_000_000;
-/// The least coefficient of friction that MuJoCo's contacts have.
-const MIN_MU: f64 = 1e-5;
 
 /// What a scene may take, and where it may read.
 #[derive(clap::Args, Clone, Default)]
 pub struct LimitArgs {
-    /// Raise a limit of scenes, includes counted in: depth [default: 200], includes [1000], bytes [134217728],
+    /// Raise a limit of the scene and its includes together: depth [default: 200], includes [1000], bytes [134217728],
     /// elements [2000000], names [1000000] or contacts [1000000]
     #[arg(long = "limit", value_name = "NAME=N", value_parser = limit, help_heading = "Reading")]
     limits: Vec<(String, usize)>,
-    /// Read files outside the scene's folder, too, where a scene or a session names them
+    /// Also read files outside the scene's folder that a scene or a session names
     #[arg(long, help_heading = "Reading")]
     allow_outside: bool,
 }
@@ -67,8 +66,8 @@ pub struct MethodArgs {
     /// Timestep in seconds [default: the scene's]
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     pub timestep: Option<f64>,
-    /// Newton steps that the penalty law takes at most to find the forces of a timestep: fewer are quicker where the forces
-    /// change fast, and leave a residual, which the run reports
+    /// Most Newton steps that the penalty law takes to find the forces of a timestep; fewer are faster where forces change
+    /// quickly, but leave a residual, which the run reports
     #[arg(long, value_name = "N", default_value_t = ROUNDS, value_parser = at_least_one, allow_negative_numbers = true)]
     rounds: usize,
 }
@@ -81,13 +80,13 @@ pub struct StartArgs {
     /// Start from a state that --save-state wrote: the run goes on with the same bits
     #[arg(long, value_name = "FILE", conflicts_with = "key")]
     load_state: Option<PathBuf>,
-    /// Start at these positions, all of them
+    /// Start at these positions (all of qpos)
     #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
     qpos: Option<Numbers>,
-    /// Start with these velocities, all of them
+    /// Start with these velocities (all of qvel)
     #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
     qvel: Option<Numbers>,
-    /// Hold the actuators at these controls, all of them
+    /// Hold the actuators at these controls (all of ctrl)
     #[arg(long, value_name = "\"…\"", value_parser = numbers, allow_hyphen_values = true)]
     ctrl: Option<Numbers>,
 }
@@ -95,7 +94,7 @@ pub struct StartArgs {
 /// Numbers of the scene that are replaced for one run.
 #[derive(clap::Args, Clone)]
 pub struct OverrideArgs {
-    /// Friction of all contacts instead of the scene's: sliding, torsional and rolling, the last ones may be left out
+    /// Friction of all contacts instead of the scene's: sliding, torsional, rolling; the last ones may be left out
     #[arg(long, value_name = "\"…\"", value_parser = coefficients, allow_hyphen_values = true)]
     friction: Option<Numbers>,
     /// solref of all contacts: timeconst and dampratio, or -stiffness and -damping
@@ -367,7 +366,7 @@ impl LengthArgs {
         if steps <= MOST_STEPS as f64 {
             if self.time.is_some() && (steps * timestep - time).abs() > 1e-3 * time {
                 let [end, time] = [steps * timestep, time].map(|t| si(t, "s"));
-                eprintln!("warning: the run ends at {end}: {time} is no whole number of steps of {h}");
+                eprintln!("warning: the run ends at {end}: {time} is not a whole number of steps of {h}");
             }
             return Ok(steps as usize);
         }
@@ -527,7 +526,8 @@ fn impedance(text: &str) -> Result<Numbers, String> {
         let bounded = x.clamp(low, high);
         // A dmin of 0 is as good as 0.0001.
         if bounded != *x && *x != 0.0 {
-            let range = if high.is_finite() { format!("between {low} and {high}") } else { format!("at {low} or more") };
+            let range =
+                if high.is_finite() { format!("between {low} and {high}") } else { format!("at {low} or more") };
             eprintln!("warning: --solimp {x} counts as {bounded}: MuJoCo keeps this number {range}");
         }
         *x = bounded;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::json;
+use serde_json::{Value, json};
 
 mod files;
 mod floors;
@@ -40,14 +40,14 @@ pub struct Args {
     /// Directory for CSV, JSON, SVG and PNG [default: sweep-SCENE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Contact laws, with commas, or `all` [default: all]
+    /// Contact laws, separated by commas, or `all` [default: all]
     #[arg(long, value_name = "LAWS", value_delimiter = ',', value_parser = scene::laws_parser())]
     laws: Vec<String>,
-    /// Integrators, with commas [default: all]
+    /// Integrators, separated by commas [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = scene::integrator_parser())]
     integrators: Vec<String>,
     /// Timesteps in seconds: a list `1e-3,1e-4`, or LOW..HIGH, or LOW..HIGH:COUNT, log-spaced; each is changed to the
-    /// nearest of which a whole number makes an eighth of --time [default: 1e-5..0.1:9]
+    /// nearest that divides an eighth of --time into whole steps [default: 1e-5..0.1:9]
     #[arg(long, value_name = "S", value_parser = timesteps, allow_negative_numbers = true)]
     timesteps: Option<Timesteps>,
     /// Simulated time in seconds
@@ -56,15 +56,15 @@ pub struct Args {
     /// What errors are measured against
     #[arg(long, value_enum, default_value_t = Truth::Converged)]
     truth: Truth,
-    /// Newton steps of the penalty law at most, in each timestep
+    /// Most Newton steps of the penalty law in each timestep
     #[arg(long, value_name = "N", default_value_t = penny::forward::ROUNDS, value_parser = scene::at_least_one)]
     rounds: usize,
     #[command(flatten)]
     start: StartArgs,
-    /// Go on with an interrupted sweep in the same directory (without it, an earlier sweep there is moved aside)
+    /// Continue an interrupted sweep in the same directory (without it, an earlier sweep there is moved aside)
     #[arg(long)]
     resume: bool,
-    /// Draw the map of stability over two of timestep, stiffness, damping, mass, mass-ratio, speed, friction instead;
+    /// Draw a map of stability over two of timestep, stiffness, damping, mass, mass-ratio, speed, friction instead;
     /// each may carry a range: timestep=1e-4..1,stiffness. It has the scene's contact law unless --laws names others.
     /// Each run takes --time, or 400 steps where that is longer
     #[arg(long, value_name = "X,Y", value_parser = map::axes, conflicts_with_all = ["truth", "timesteps", "resume"])]
@@ -170,7 +170,7 @@ impl Args {
         (list, note)
     }
 
-    /// Errors: wrong usage, if nobody could wait for a run of so many steps.
+    /// Errors: wrong usage, if nobody could wait for a run of this many steps.
     fn can_wait(&self, model: &Model) -> Result<(), Failure> {
         let smallest = match self.timesteps.as_ref().unwrap_or(&DEFAULT_TIMESTEPS) {
             _ if self.map.is_some() => model.opt.timestep,
@@ -192,6 +192,16 @@ impl Args {
     fn integrators(&self) -> Vec<&'static Integrator> {
         let named: Vec<_> = self.integrators.iter().filter_map(|name| integrate::by_name(name)).collect();
         if named.is_empty() { integrate::ALL.to_vec() } else { named }
+    }
+
+    /// What a sweep's rows depend on: an interrupted one goes on with the same only.
+    fn settings(&self, case: &Case) -> Result<Value, Failure> {
+        Ok(json!({
+            "scene": self.scene().file_name().map(|n| n.to_string_lossy()), "model": case.model.name,
+            "hash": open_within(self.scene(), &self.limits.limits()).map_err(Failure::Problem)?.hash,
+            "time": self.time, "truth": truth_name(self.truth), "rounds": self.rounds,
+            "qpos": case.start.qpos, "qvel": case.start.qvel, "ctrl": case.start.ctrl,
+        }))
     }
 
     /// The scene, where there is one.
@@ -244,12 +254,7 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     let methods = grid::methods(&laws, &args.integrators(), &list, args.rounds);
     let smallest = list.iter().copied().fold(f64::INFINITY, f64::min);
 
-    let settings = json!({
-        "scene": args.scene().file_name().map(|n| n.to_string_lossy()), "model": case.model.name,
-        "hash": open_within(args.scene(), &args.limits.limits()).map_err(Failure::Problem)?.hash,
-        "time": args.time, "truth": truth_name(args.truth), "rounds": args.rounds,
-        "qpos": case.start.qpos, "qvel": case.start.qvel, "ctrl": case.start.ctrl,
-    });
+    let settings = args.settings(&case)?;
     let earlier = if args.resume { Earlier::read(&directory, &settings)? } else { Earlier::default() };
     let is_new = !directory.exists();
     fs::create_dir_all(&directory).map_err(cannot(&directory))?;
@@ -260,32 +265,7 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     }
     let (target, notes, unit) = found?;
     let mut files = Files::open(&directory, settings, &target, earlier, args.resume)?;
-    let todo: Vec<Method> = methods.iter().copied().filter(|m| !files.rows.iter().any(|r| grid::is_of(r, m))).collect();
-    let place = directory.display();
-    if todo.len() < methods.len() {
-        eprintln!("{place}: {} of {} rows are there already", methods.len() - todo.len(), methods.len());
-    }
-    if !todo.is_empty() {
-        eprintln!("{place}: rows are written as they are computed; --resume continues an interrupted sweep");
-    }
-    let bar = self::bar("accuracy", work(&todo));
-    let mut problem = None;
-    grid::accuracy(&case, &target, &todo, |row| {
-        bar.inc(row.steps as u64);
-        problem = files.append(row).err().or(problem.take());
-    });
-    bar.finish_and_clear();
-    problem.take().map_or(Ok(()), |e| Err(Failure::from(e)))?;
-
-    let bar = self::bar("cost", files.rows.len() as u64);
-    let mut rows = std::mem::take(&mut files.rows);
-    rows.sort_by(|a, b| (&a.law, &a.integrator).cmp(&(&b.law, &b.integrator)).then(a.timestep.total_cmp(&b.timestep)));
-    grid::costs(&case, &methods, &mut rows, |rows| {
-        bar.inc(1);
-        problem = files.rewrite(rows).err().or(problem.take());
-    });
-    bar.finish_and_clear();
-    problem.map_or(Ok(()), |e| Err(Failure::from(e)))?;
+    let rows = fill(&case, &target, &methods, &mut files, &directory)?;
 
     let name = args.scene().display().to_string();
     let uncertainty = uncertainties(&target);
@@ -306,6 +286,47 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     print!("{name}, {}\n{}\n{recommended}", si(args.time, "s"), notes.join("\n"));
     println!("{}: sweep.csv, sweep.json, sweep.svg, sweep.png", directory.display());
     Ok(())
+}
+
+/// Runs the methods that have no row yet, on all cores, and writes their rows; then times all of them, one after the other.
+///
+/// Out: the rows, by law, integrator and timestep.
+///
+/// Errors: they cannot be written.
+fn fill(
+    case: &Case,
+    target: &Target,
+    methods: &[Method],
+    files: &mut Files,
+    directory: &Path,
+) -> Result<Vec<Row>, Failure> {
+    let todo: Vec<Method> = methods.iter().copied().filter(|m| !files.rows.iter().any(|r| grid::is_of(r, m))).collect();
+    let place = directory.display();
+    if todo.len() < methods.len() {
+        eprintln!("{place}: {} of {} rows are there already", methods.len() - todo.len(), methods.len());
+    }
+    if !todo.is_empty() {
+        eprintln!("{place}: rows are written as they are computed; --resume continues an interrupted sweep");
+    }
+    let progress = bar("accuracy", work(&todo));
+    let mut problem = None;
+    grid::accuracy(case, target, &todo, |row| {
+        progress.inc(row.steps as u64);
+        problem = files.append(row).err().or(problem.take());
+    });
+    progress.finish_and_clear();
+    problem.take().map_or(Ok(()), |e| Err(Failure::from(e)))?;
+
+    let progress = bar("cost", files.rows.len() as u64);
+    let mut rows = std::mem::take(&mut files.rows);
+    rows.sort_by(|a, b| (&a.law, &a.integrator).cmp(&(&b.law, &b.integrator)).then(a.timestep.total_cmp(&b.timestep)));
+    grid::costs(case, methods, &mut rows, |rows| {
+        progress.inc(1);
+        problem = files.rewrite(rows).err().or(problem.take());
+    });
+    progress.finish_and_clear();
+    problem.map_or(Ok(()), |e| Err(Failure::from(e)))?;
+    Ok(rows)
 }
 
 /// Names and what each needs, a line each.

@@ -1,4 +1,4 @@
-//! What a person sees: pictures, videos, the window and the game.
+//! What a person sees: pictures, videos, the stage and the game.
 //!
 //!     Model + State ─ scene → DrawList ─ paint → Image ─ video → GIF, PNG, APNG, MP4, WebM
 //!
@@ -11,6 +11,7 @@ pub mod depth;
 pub mod draw;
 pub mod energy_balance;
 pub mod film;
+pub mod fnv;
 pub mod game;
 mod ground;
 pub mod history;
@@ -20,6 +21,7 @@ pub mod open;
 pub mod paint;
 pub mod pick;
 mod project;
+pub mod random;
 mod raster;
 pub mod scene;
 pub mod session;

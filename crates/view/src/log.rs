@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::fnv::Fnv;
 use penny::state::State;
 
 /// A recorded session, as `run.json` holds it.
@@ -128,7 +129,7 @@ impl Log {
     /// The scene that it carries, if that is what it was recorded with.
     pub fn carried(&self) -> Option<&str> {
         let text = self.scene_text.as_deref()?;
-        (hash(text.as_bytes()) == self.scene_hash).then_some(text)
+        (Fnv::of(text.bytes()).to_string() == self.scene_hash).then_some(text)
     }
 
     /// Simulated time that all steps together cover, s.
@@ -147,10 +148,4 @@ impl Log {
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
-}
-
-/// 64-bit FNV-1a (Fowler, Noll, Vo): tells one file from another, not a protection against forgery.
-pub fn hash(bytes: &[u8]) -> String {
-    let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325u64, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-    format!("{hash:016x}")
 }

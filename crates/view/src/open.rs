@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::log;
+use super::fnv::Fnv;
 use super::session::{Session, Source};
 use penny::Scene;
 use penny::forward::Method;
@@ -51,7 +51,7 @@ fn opened(scene: Scene) -> Opened {
         if scene.warnings.is_empty() { String::new() } else { render(&scene.document, &scene.warnings, false) };
     super::scene::unseen(&scene.model).iter().for_each(|line| warnings += &format!("warning: {line}\n"));
     let text = scene.document.joined();
-    Opened { warnings, model: scene.model, hash: log::hash(text.as_bytes()), files, text }
+    Opened { warnings, model: scene.model, hash: Fnv::of(text.bytes()).to_string(), files, text }
 }
 
 /// How a scene asks to be computed.

@@ -2,12 +2,13 @@
 //! the inputs down. It knows steps, not frames or clocks, so any frame rate gives the same bits.
 
 use super::energy_balance::{self, EnergyBalance};
-use super::log::{self, Change, Input, Log, Start, VERSION};
+use super::fnv::Fnv;
+use super::log::{Change, Input, Log, Start, VERSION};
 use penny::control::{Controlled, Failed};
 use penny::data::Data;
 use penny::forward::{Method, StepError, forward, step};
 use penny::integrate::Integrator;
-use penny::math::{Quat, Vec3, Vec6};
+use penny::math::{MIN_MU, Quat, Vec3, Vec6};
 use penny::model::{Model, Parts};
 use penny::state::State;
 use penny::{contact, integrate};
@@ -222,7 +223,7 @@ impl Session {
     /// Hash of the bits of time, positions and velocities: equal if two sessions are in the same state.
     pub fn state_hash(&self) -> String {
         let numbers = std::iter::once(&self.state.time).chain(&self.state.qpos).chain(&self.state.qvel);
-        log::hash(&numbers.flat_map(|x| x.to_bits().to_le_bytes()).collect::<Vec<u8>>())
+        Fnv::of(numbers.flat_map(|x| x.to_bits().to_le_bytes())).to_string()
     }
 
     /// Where it has come to, in one line.
@@ -303,8 +304,7 @@ impl Session {
                 })?;
             }
             Change::Friction(friction) => {
-                // MuJoCo's smallest friction coefficient.
-                let [slide, spin, roll] = finite(*friction)?.map(|f| f.max(1e-5));
+                let [slide, spin, roll] = finite(*friction)?.map(|f| f.max(MIN_MU));
                 self.edit(|m| {
                     m.mixes.iter_mut().for_each(|m| m.friction = [slide, slide, spin, roll, roll]);
                     m.tutorial.follow_friction();

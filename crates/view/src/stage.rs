@@ -149,7 +149,7 @@ impl Stage {
         let Opened { model, hash, text, .. } = opened;
         let (old, now) = (self.session.original(), self.session.method);
         let (Ok(was), Ok(mut method)) = (open::method(old), open::method(&model)) else {
-            self.message = "the saved scene asks for a law or an integrator that there is not".to_owned();
+            self.message = "the saved scene asks for a law or an integrator that does not exist".to_owned();
             return;
         };
         if now.contact.name != was.contact.name {
@@ -313,7 +313,7 @@ impl Stage {
             Session::new(self.session.model.clone(), method, self.session.state.clone(), self.session.source.clone())
         });
         if let Some(ghost) = &self.ghost {
-            self.message = format!("ghost: the same under the law `{}`", ghost.method.contact.name);
+            self.message = format!("ghost: the same scene under the law `{}`", ghost.method.contact.name);
         }
     }
 

@@ -134,7 +134,7 @@ fn triangle(image: &mut Image, v: [&Vertex; 3], texture: &egui::ColorImage, clip
 enum Fill {
     /// One colour: no texture, no gradient.
     Plain([f32; 4]),
-    /// The texture's own pixels, moved by so many.
+    /// The texture's own pixels, moved by this many.
     Copy([isize; 2]),
     Shaded,
 }

@@ -116,7 +116,7 @@ pub const TOLERANCE: f64 = 1e-11;
 
 /// ε of friction: slip that is left where friction sticks, relative to what the force would do in a step. The smaller, the
 /// sharper the kink of the cost between sticking and slipping, on which Newton's method can get stuck. Of 1499 random
-/// scenes written in seven ways (tests/it/invariance.rs), so many agree to 1e-9 in the worst of the seven:
+/// scenes written in seven ways (tests/it/invariance.rs), this many agree to 1e-9 in the worst of the seven:
 ///
 ///     ε         1e-3   1e-5   1e-7   1e-9
 ///     scenes    1487   1488   1485   1479

@@ -18,7 +18,7 @@ use crate::contact::impedance::{impedance, regularisation};
 use crate::data::Contact;
 use crate::math::{Vec3, Vec6};
 
-/// Calls a function of DIM rows and L lanes with those that so many contacts of `condim` rows need.
+/// Calls a function of DIM rows and L lanes with those that this many contacts of `condim` rows need.
 macro_rules! laned {
     ($condim:expr, $count:expr, $function:ident($($argument:expr),*)) => {
         match ($condim, $count) {

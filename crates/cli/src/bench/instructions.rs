@@ -1,7 +1,7 @@
 //! `--instructions`: how many instructions of the processor a step takes, counted by valgrind's callgrind.
 //!
 //! Unlike a time it is the same on a busy machine. `penny bench` calls itself under callgrind, with `--counted` beside its own
-//! arguments: one method of one scene, once as far as the state that is measured from and once so many steps further. The
+//! arguments: one method of one scene, once as far as the state that is measured from and once this many steps further. The
 //! difference is what the steps took.
 
 use std::io::ErrorKind;
@@ -29,7 +29,7 @@ impl FromStr for Counted {
     }
 }
 
-/// Instructions of one of so many steps.
+/// Instructions of one of this many steps.
 pub fn per_step(method: usize, steps: usize) -> Result<f64, Failure> {
     let [before, after] = [0, steps].map(|steps| run(Counted { method, steps }));
     Ok((after? - before?) as f64 / steps as f64)

@@ -33,7 +33,7 @@ impl Limits {
         self.found.push((margin, text));
     }
 
-    /// The one that limits most; where there is none, so much, if all was tried.
+    /// The one that limits most; that there is none, if there is none and all was tried.
     pub fn text(&self, all_tried: bool) -> String {
         let Some((margin, text)) = self.found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
             if !all_tried {
@@ -41,8 +41,11 @@ impl Limits {
             }
             return "\nNothing limits this scene: no spring or servo is stiff for its timestep, and no load goes deep.\n".to_owned();
         };
-        let heading =
-            if *margin > FAR { "Nothing limits this scene; nearest to it is" } else { "What limits this scene most" };
+        let heading = if *margin > FAR {
+            "Nothing limits this scene; the nearest limit is"
+        } else {
+            "What limits this scene most"
+        };
         format!("\n{heading}\n  {text}\n")
     }
 
@@ -174,27 +177,17 @@ fn line(
 
 /// Springs, dampers and limits of tendons, and equalities: a line each.
 pub fn ties(model: &Model, method: &Method, start: &State, all: bool) -> String {
-    let mut rows = vec![["", "moves", "k", "c", "ω", "ζ"].map(str::to_owned).to_vec()];
-    let ties = ties::ties(model, method, start);
-    let shown = if all || ties.len() <= LINES { ties.len() } else { FEW };
-    for tie in &ties[..shown] {
+    let row = |tie: ties::Tie| {
         let [mass, k, c] = if tie.turns { ["kg m²", "N m/rad", "N m s/rad"] } else { ["kg", "N/m", "N s/m"] };
-        let (spring, some) = (&tie.spring, |text: String, is: bool| if is { text } else { "–".to_owned() });
+        let (spring, some) = (&tie.spring, |text: String, is: bool| if is { text } else { NONE.to_owned() });
         let swings = spring.k > 0.0;
-        rows.push(vec![
-            tie.name.clone(),
-            si(spring.mass, mass),
-            some(si(spring.k, k), swings),
-            some(si(spring.c, c), spring.c > 0.0),
-            some(si(spring.omega(), "rad/s"), swings),
-            some(short(spring.zeta()), swings),
-        ]);
-    }
-    if ties.is_empty() {
-        return String::new();
-    }
-    let more = if ties.len() > shown { format!("  and {} more: --all\n", ties.len() - shown) } else { String::new() };
-    format!("\nTendons and equalities (moves: the mass that MuJoCo takes for what they hold)\n{}{more}", table(&rows))
+        let [omega, zeta] = [si(spring.omega(), "rad/s"), short(spring.zeta())].map(|text| some(text, swings));
+        let [k, c] = [some(si(spring.k, k), swings), some(si(spring.c, c), spring.c > 0.0)];
+        vec![tie.name, si(spring.mass, mass), k, c, omega, zeta]
+    };
+    let rows = ties::ties(model, method, start).into_iter().map(row).collect();
+    let title = "Tendons and equalities (moves: the mass that MuJoCo takes for what they hold)";
+    section(title, &["", "moves", "k", "c", "ω", "ζ"], rows, all)
 }
 
 /// Joints with springs, dampers or servos, their limits, and the actuators.
@@ -202,158 +195,194 @@ pub fn joints(model: &Model, method: &Method, start: &State, all: bool, limits: 
     let weights = joints::weights(model, method, start);
     let list: Vec<Coordinate> = (0..model.joints.len()).filter_map(|j| joints::coordinate(model, j)).collect();
     let springs = theory::joint_springs(model);
-    let mut text = String::new();
-    let h = method.timestep;
-    for spring in &springs {
-        let Some(limit) = theory::limit(method.integrator, spring).filter(|limit| limit.is_finite()) else { continue };
-        let other =
-            super::stable_by_theory(model, method).map_or_else(String::new, |name| format!(" or --integrator {name}"));
-        let cure = if limit < h { format!(": --timestep {:.0e}{other}", 0.5 * limit) } else { String::new() };
-        limits.add(
-            limit / h,
-            format!(
-                "{}: stable up to a timestep of {} with {}, {} times this one ({}){cure}",
-                spring.name,
-                si(limit, "s"),
-                method.integrator.name,
-                short(limit / h),
-                si(h, "s")
-            ),
-        );
-    }
-    let units = |c: &Coordinate| {
-        let hinge = model.joints[c.joint].kind == JointKind::Hinge;
-        if hinge { ["kg m²", "N m/rad", "N m s/rad", "rad", "N m"] } else { ["kg", "N/m", "N s/m", "m", "N"] }
-    };
-    let frequency = |c: &Coordinate| {
-        if c.stiffness() > 0.0 { [si(c.omega(), "rad/s"), short(c.zeta())] } else { ["–", "–"].map(str::to_owned) }
-    };
-    let shown = |n: usize| if all || n <= LINES { n } else { FEW };
-    let more = |n: usize| if n > shown(n) { format!("  and {} more: --all\n", n - shown(n)) } else { String::new() };
+    let page = JointPage { model, method, weights: &weights, list: &list, springs: &springs, all };
+    page.stability(limits);
+    [page.held(), page.limited(limits), page.driven()].concat()
+}
 
-    // Joints: what holds them where.
-    let rows: Vec<Vec<String>> = list
-        .iter()
-        .map(|c| {
-            let [mass, k, damping, place, force] = units(c);
-            let joint = &model.joints[c.joint];
-            let [omega, zeta] = frequency(c);
-            vec![
-                names::joint(model, c.joint),
-                si(c.mass, mass),
-                if c.stiffness() > 0.0 { si(c.stiffness(), k) } else { "–".to_owned() },
-                if c.damping() > 0.0 { si(c.damping(), damping) } else { "–".to_owned() },
-                omega,
-                zeta,
-                if c.joint_stiffness > 0.0 { si(joint.springref, place) } else { "–".to_owned() },
-                si(clean(weights[joint.dofadr]), force),
-            ]
-        })
-        .collect();
-    let rows = if all { rows } else { grouped(rows, 1) };
-    if !rows.is_empty() {
-        let heading = ["joint", "moves", "k", "c", "ω", "ζ", "spring at rest", "weight"].map(str::to_owned).to_vec();
-        let lines: Vec<_> = std::iter::once(heading).chain(rows.iter().take(shown(rows.len())).cloned()).collect();
-        text += &format!("\nJoints (weight: its force on the joint at the start)\n{}", table(&lines));
-        text += &more(rows.len());
-    }
+/// What is told of the slides and hinges of a scene.
+struct JointPage<'a> {
+    model: &'a Model,
+    method: &'a Method,
+    /// The force that weight puts on each dof at the start, N or N m (nv).
+    weights: &'a [f64],
+    list: &'a [Coordinate],
+    /// Springs and dampers of joints, as theory sees them.
+    springs: &'a [theory::Spring],
+    /// Every line, not the first few of each table.
+    all: bool,
+}
 
-    // Limits: how far beyond them a joint goes. Those that are alike together, by the one that is pushed farthest.
-    struct Limit {
-        names: Vec<String>,
-        range: String,
-        omega: f64,
-        zeta: f64,
-        depth: f64,
-        cells: Vec<String>,
-    }
-    let mut alike: Vec<Limit> = Vec::new();
-    for c in &list {
-        let [_, k, damping, place, force_unit] = units(c);
-        let joint = &model.joints[c.joint];
-        let (Some([low, high]), Some(spring)) = (joint.range, joints::limit_spring(model, c.joint, h)) else {
-            continue;
-        };
-        let (force, whose) = strongest(model, c, weights[joint.dofadr]);
-        let depth = joints::limit_depth(model, c.joint, force, h);
-        let name = names::joint(model, c.joint);
-        if depth > DEEP * (high - low) {
+impl JointPage<'_> {
+    /// Adds the largest stable timestep of each spring to the limits of the scene.
+    fn stability(&self, limits: &mut Limits) {
+        let h = self.method.timestep;
+        let integrator = self.method.integrator;
+        for spring in self.springs {
+            let Some(limit) = theory::limit(integrator, spring).filter(|limit| limit.is_finite()) else { continue };
+            let other = super::stable_by_theory(self.model, self.method)
+                .map_or_else(String::new, |name| format!(" or --integrator {name}"));
+            let cure = if limit < h { format!(": --timestep {:.0e}{other}", 0.5 * limit) } else { String::new() };
             limits.add(
-                0.1 * DEEP * (high - low) / depth,
+                limit / h,
                 format!(
-                    "the limit of {name}: {whose} pushes {} beyond it; a smaller timeconst in solreflimit stiffens it",
-                    si(depth, place)
+                    "{}: stable up to a timestep of {} with {}, {} times this one ({}){cure}",
+                    spring.name,
+                    si(limit, "s"),
+                    integrator.name,
+                    short(limit / h),
+                    si(h, "s")
                 ),
             );
         }
-        let range = format!("{} to {} {place}", short(low), short(high));
-        let (omega, zeta) = (spring.omega(), spring.zeta());
-        let beyond = if force < 1e-9 { "nothing".to_owned() } else { format!("{} of {whose}", si(force, force_unit)) };
-        let cells = vec![
-            si(spring.k, k),
-            si(spring.c, damping),
-            si(omega, "rad/s"),
-            short(zeta),
-            beyond,
-            if force < 1e-9 { "–".to_owned() } else { si(depth, place) },
-        ];
-        let close = |a: f64, b: f64| (a - b).abs() <= 1e-6 * b;
-        let same = |l: &&mut Limit| !all && l.range == range && close(l.omega, omega) && close(l.zeta, zeta);
-        match alike.iter_mut().find(same) {
-            Some(limit) if depth > limit.depth => {
-                limit.names.insert(0, name);
-                (limit.depth, limit.cells) = (depth, cells);
-            }
-            Some(limit) => limit.names.push(name),
-            None => alike.push(Limit { names: vec![name], range, omega, zeta, depth, cells }),
-        }
-    }
-    let mut rows =
-        vec![["limit of", "range", "k", "c", "ω", "ζ", "pressed by", "goes beyond by"].map(str::to_owned).to_vec()];
-    for limit in alike.iter().take(shown(alike.len())) {
-        let name = match &limit.names[..] {
-            [one] => one.clone(),
-            [first, rest @ ..] => format!("{first} ({} more alike)", rest.len()),
-            [] => continue,
-        };
-        rows.push([vec![name, limit.range.clone()], limit.cells.clone()].concat());
-    }
-    if rows.len() > 1 {
-        text += &format!("\nLimits of joints\n{}{}", table(&rows), more(alike.len()));
     }
 
-    // Actuators as servos.
-    let mut rows = Vec::new();
-    for c in list.iter().filter(|c| !c.actuators.is_empty()) {
-        let [_, k, damping, place, _] = units(c);
-        let [omega, zeta] = frequency(c);
-        let weight = clean(weights[model.joints[c.joint].dofadr]);
-        let name = c.name(model);
-        let limit = springs.iter().find(|s| s.name == name).and_then(|s| theory::limit(method.integrator, s));
-        for &a in &c.actuators {
-            let servo = c.servo_stiffness > 0.0;
-            rows.push(vec![
-                names::actuator(model, a),
-                names::joint(model, c.joint),
-                if servo { si(c.servo_stiffness, k) } else { "–".to_owned() },
-                if c.servo_damping > 0.0 { si(c.servo_damping, damping) } else { "–".to_owned() },
-                if servo { omega.clone() } else { "–".to_owned() },
-                if servo { zeta.clone() } else { "–".to_owned() },
-                if servo { si(weight.abs() / c.stiffness(), place) } else { "–".to_owned() },
-                limit.map_or("any step".to_owned(), |limit| {
-                    if limit.is_finite() { si(limit, "s") } else { "any step".to_owned() }
-                }),
-            ]);
+    /// Joints: what holds them where.
+    fn held(&self) -> String {
+        let row = |c: &Coordinate| {
+            let [mass, k, damping, place, force] = self.units(c);
+            let joint = &self.model.joints[c.joint];
+            let [omega, zeta] = frequency(c);
+            vec![
+                names::joint(self.model, c.joint),
+                si(c.mass, mass),
+                if c.stiffness() > 0.0 { si(c.stiffness(), k) } else { NONE.to_owned() },
+                if c.damping() > 0.0 { si(c.damping(), damping) } else { NONE.to_owned() },
+                omega,
+                zeta,
+                if c.joint_stiffness > 0.0 { si(joint.springref, place) } else { NONE.to_owned() },
+                si(self.weight(c), force),
+            ]
+        };
+        let rows: Vec<Vec<String>> = self.list.iter().map(row).collect();
+        let rows = if self.all { rows } else { grouped(rows, 1) };
+        let heading = ["joint", "moves", "k", "c", "ω", "ζ", "spring at rest", "weight"];
+        section("Joints (weight: its force on the joint at the start)", &heading, rows, self.all)
+    }
+
+    /// Limits: how far beyond them a joint goes. Those that are alike together, by the one that is pushed farthest.
+    fn limited(&self, limits: &mut Limits) -> String {
+        struct Limit {
+            names: Vec<String>,
+            range: String,
+            omega: f64,
+            zeta: f64,
+            depth: f64,
+            cells: Vec<String>,
         }
+        let (model, h) = (self.model, self.method.timestep);
+        let mut alike: Vec<Limit> = Vec::new();
+        for c in self.list {
+            let [_, k, damping, place, force_unit] = self.units(c);
+            let joint = &model.joints[c.joint];
+            let (Some([low, high]), Some(spring)) = (joint.range, joints::limit_spring(model, c.joint, h)) else {
+                continue;
+            };
+            let (force, whose) = strongest(model, c, self.weights[joint.dofadr]);
+            let depth = joints::limit_depth(model, c.joint, force, h);
+            let name = names::joint(model, c.joint);
+            if depth > DEEP * (high - low) {
+                limits.add(
+                    0.1 * DEEP * (high - low) / depth,
+                    format!(
+                        "the limit of {name}: {whose} pushes {} beyond it; a smaller timeconst in solreflimit stiffens it",
+                        si(depth, place)
+                    ),
+                );
+            }
+            let range = format!("{} to {} {place}", short(low), short(high));
+            let (omega, zeta) = (spring.omega(), spring.zeta());
+            let beyond =
+                if force < 1e-9 { "nothing".to_owned() } else { format!("{} of {whose}", si(force, force_unit)) };
+            let cells = vec![
+                si(spring.k, k),
+                si(spring.c, damping),
+                si(omega, "rad/s"),
+                short(zeta),
+                beyond,
+                if force < 1e-9 { NONE.to_owned() } else { si(depth, place) },
+            ];
+            let close = |a: f64, b: f64| (a - b).abs() <= 1e-6 * b;
+            let same = |l: &&mut Limit| !self.all && l.range == range && close(l.omega, omega) && close(l.zeta, zeta);
+            match alike.iter_mut().find(same) {
+                Some(limit) if depth > limit.depth => {
+                    limit.names.insert(0, name);
+                    (limit.depth, limit.cells) = (depth, cells);
+                }
+                Some(limit) => limit.names.push(name),
+                None => alike.push(Limit { names: vec![name], range, omega, zeta, depth, cells }),
+            }
+        }
+        let row = |limit: Limit| {
+            let name = match &limit.names[..] {
+                [first, rest @ ..] if !rest.is_empty() => format!("{first} ({} more alike)", rest.len()),
+                names => names.concat(),
+            };
+            [vec![name, limit.range], limit.cells].concat()
+        };
+        let heading = ["limit of", "range", "k", "c", "ω", "ζ", "pressed by", "goes beyond by"];
+        section("Limits of joints", &heading, alike.into_iter().map(row).collect(), self.all)
     }
-    let rows = if all { rows } else { grouped(rows, 2) };
-    if !rows.is_empty() {
+
+    /// Actuators as servos.
+    fn driven(&self) -> String {
+        let mut rows = Vec::new();
+        for c in self.list.iter().filter(|c| !c.actuators.is_empty()) {
+            let [_, k, damping, place, _] = self.units(c);
+            let [omega, zeta] = frequency(c);
+            let name = c.name(self.model);
+            let spring = self.springs.iter().find(|s| s.name == name);
+            let limit = spring.and_then(|s| theory::limit(self.method.integrator, s));
+            for &a in &c.actuators {
+                let servo = c.servo_stiffness > 0.0;
+                rows.push(vec![
+                    names::actuator(self.model, a),
+                    names::joint(self.model, c.joint),
+                    if servo { si(c.servo_stiffness, k) } else { NONE.to_owned() },
+                    if c.servo_damping > 0.0 { si(c.servo_damping, damping) } else { NONE.to_owned() },
+                    if servo { omega.clone() } else { NONE.to_owned() },
+                    if servo { zeta.clone() } else { NONE.to_owned() },
+                    if servo { si(self.weight(c).abs() / c.stiffness(), place) } else { NONE.to_owned() },
+                    limit.filter(|limit| limit.is_finite()).map_or("any step".to_owned(), |limit| si(limit, "s")),
+                ]);
+            }
+        }
+        let rows = if self.all { rows } else { grouped(rows, 2) };
         let heading = ["actuator", "on", "kp", "kv", "ω", "ζ", "sag under the weight", "stable up to"];
-        let heading = heading.map(str::to_owned).to_vec();
-        let lines: Vec<_> = std::iter::once(heading).chain(rows.iter().take(shown(rows.len())).cloned()).collect();
-        text += &format!("\nActuators (kp, kv with their gear, on the joint)\n{}{}", table(&lines), more(rows.len()));
+        section("Actuators (kp, kv with their gear, on the joint)", &heading, rows, self.all)
     }
-    text
+
+    /// Units of mass, stiffness, damping, position and force.
+    fn units(&self, c: &Coordinate) -> [&'static str; 5] {
+        let hinge = self.model.joints[c.joint].kind == JointKind::Hinge;
+        if hinge { ["kg m²", "N m/rad", "N m s/rad", "rad", "N m"] } else { ["kg", "N/m", "N s/m", "m", "N"] }
+    }
+
+    /// The force of weight on a joint at the start, N or N m.
+    fn weight(&self, c: &Coordinate) -> f64 {
+        clean(self.weights[self.model.joints[c.joint].dofadr])
+    }
+}
+
+/// A table of the first few rows, or of all; empty without rows.
+fn section(title: &str, heading: &[&str], rows: Vec<Vec<String>>, all: bool) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let shown = if all || rows.len() <= LINES { rows.len() } else { FEW };
+    let more = rows.len() - shown;
+    let heading = heading.iter().map(|&cell| cell.to_owned()).collect();
+    let lines: Vec<_> = std::iter::once(heading).chain(rows.into_iter().take(shown)).collect();
+    let more = if more > 0 { format!("  and {more} more: --all\n") } else { String::new() };
+    format!("\n{title}\n{}{more}", table(&lines))
+}
+
+/// A cell for what is not there.
+const NONE: &str = "–";
+
+/// ω and ζ of what holds a joint, as cells.
+fn frequency(c: &Coordinate) -> [String; 2] {
+    if c.stiffness() > 0.0 { [si(c.omega(), "rad/s"), short(c.zeta())] } else { [NONE, NONE].map(str::to_owned) }
 }
 
 /// Rows that say the same from a column on, together: "hip0 (5 more alike)".

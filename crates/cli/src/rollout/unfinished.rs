@@ -13,13 +13,14 @@ use penny::draft;
 use penny::forward::Method;
 use penny::model::Model;
 use penny::state::State;
+use penny_view::fnv::Fnv;
 
 /// Settings that are compared as a hash, and what is said where it differs.
 const HASHES: [(&str, &str); 4] = [
     (SCENE, "the scene has changed since"),
-    (OVERRIDES, "--friction, --solref, --solimp or --gravity was another"),
-    (START, "--key, --load-state, --qpos, --qvel or --ctrl was another"),
-    (TABLE, "--table was another, or had other columns or values"),
+    (OVERRIDES, "--friction, --solref, --solimp or --gravity was different"),
+    (START, "--key, --load-state, --qpos, --qvel or --ctrl was different"),
+    (TABLE, "--table was different, or had other columns or values"),
 ];
 const SCENE: &str = "scene";
 const OVERRIDES: &str = "overrides";
@@ -63,7 +64,7 @@ impl Unfinished {
         }
         if !resume {
             let why = format!(
-                "error: {} is there, from a rollout that was interrupted: --resume goes on with it; remove it to begin anew",
+                "error: {} is there, from a rollout that was interrupted: --resume continues it; remove it to begin anew",
                 path.display()
             );
             return Err(Failure::Usage(why));
@@ -75,7 +76,7 @@ impl Unfinished {
         while reader.read_line(&mut line).map_err(cannot)? > 0 && line.ends_with('\n') {
             let right = if length == 0 { line.trim_end() == header } else { line.starts_with(&format!("{rows},")) };
             if !right {
-                return Err(self.another("its columns or worlds are others"));
+                return Err(self.another("its columns or worlds are different"));
             }
             rows += usize::from(length > 0);
             length += line.len() as u64;
@@ -99,7 +100,7 @@ impl Unfinished {
             let (rows, settings) = (self.rows.display(), self.settings.display());
             let help = format!("remove {rows} to begin anew");
             Failure::Usage(format!(
-                "error: {rows} cannot be gone on with: {settings}, which says how its worlds were run, {why}; {help}"
+                "error: {rows} cannot be continued: {settings}, which says how its worlds were run, {why}; {help}"
             ))
         };
         let text = fs::read_to_string(&self.settings).map_err(|_| unknown("cannot be read"))?;
@@ -163,6 +164,7 @@ pub fn settings(
         }
         Values::Table(_) => String::new(),
     };
+    let hash = |thing: &dyn std::fmt::Debug| Fnv::of_debug(thing).to_string();
     let table = match &plan.values {
         Values::Table(rows) => Some(hash(&(&plan.names, rows))),
         Values::Random { .. } => None,
@@ -181,21 +183,4 @@ pub fn settings(
         "--vary": Some(random).filter(|text| !text.is_empty()),
         "--seed": plan.seed().map(|seed| seed.to_string()),
     })
-}
-
-/// 64-bit FNV-1a of all numbers and names of a thing.
-fn hash(thing: &dyn std::fmt::Debug) -> String {
-    let mut hash = Hash(0xcbf2_9ce4_8422_2325);
-    // It takes any text.
-    let _ = std::fmt::write(&mut hash, format_args!("{thing:?}"));
-    format!("{:016x}", hash.0)
-}
-
-struct Hash(u64);
-
-impl std::fmt::Write for Hash {
-    fn write_str(&mut self, text: &str) -> std::fmt::Result {
-        self.0 = text.bytes().fold(self.0, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-        Ok(())
-    }
 }

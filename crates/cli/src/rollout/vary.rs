@@ -6,6 +6,7 @@ use crate::scene::MOST_STEPS;
 use penny::Simulation;
 use penny::model::{JointKind, Model};
 use penny_lab::names;
+use penny_view::random;
 
 /// A number and its range.
 #[derive(Clone, Debug)]
@@ -27,7 +28,7 @@ pub fn parse(text: &str) -> Result<Vary, String> {
         return Err(format!("{a} is above {b}: the smaller number comes first"));
     }
     if !(range[1] - range[0]).is_finite() {
-        return Err(format!("{a} and {b} are too far apart: their difference is no number"));
+        return Err(format!("{a} and {b} are too far apart: their difference is not finite"));
     }
     Ok(Vary { name: name.trim().to_owned(), range })
 }
@@ -117,13 +118,13 @@ impl Slot {
                     "{} has solref as (-stiffness, -damping), so the first number is at most 0",
                     names::geom(model, g)
                 )),
-                Some(_) => Err("the time constant of solref is above 0".to_owned()),
+                Some(_) => Err("the time constant of solref must be above 0".to_owned()),
                 None => Ok(()),
             },
             Slot::Mass(body) if x <= 0.0 && model.bodies[body].tree.is_some() => {
-                Err("the mass of a body that moves is above 0".to_owned())
+                Err("the mass of a body that moves must be above 0".to_owned())
             }
-            Slot::Timestep if x <= 0.0 => Err("a timestep is above 0".to_owned()),
+            Slot::Timestep if x <= 0.0 => Err("a timestep must be above 0".to_owned()),
             Slot::Timestep if seconds > 0.0 && (seconds / x).round() < 1.0 => {
                 Err(format!("{} is too short for such a step: give a longer --time", si(seconds, "s")))
             }
@@ -187,24 +188,16 @@ fn coordinate(text: &str, key: &str, model: &Model, position: bool) -> Result<us
         JointKind::Slide | JointKind::Hinge => Ok(if position { joint.qposadr } else { joint.dofadr }),
         JointKind::Ball | JointKind::Free => {
             let first = if position { joint.qposadr } else { joint.dofadr };
-            Err(format!("`{text}`: `{key}` has several numbers, from {first} on: name one by its place"))
+            Err(format!("`{text}`: `{key}` has several numbers, from {first} on: name one by its index"))
         }
     }
 }
 
-/// A number from 0 to 1 that belongs to a seed, a world and a place (splitmix64).
-///
-/// Source: G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014.
+/// A number from 0 to 1 that belongs to a seed, a world and a place.
 pub fn random(seed: u64, world: usize, place: usize) -> f64 {
     let mut x = seed;
     for part in [world as u64, place as u64] {
-        x = mixed(x.wrapping_add(part.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+        x = random::mix(x.wrapping_add(part.wrapping_add(1).wrapping_mul(random::STEP)));
     }
     (x >> 11) as f64 / (1u64 << 53) as f64
-}
-
-fn mixed(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }

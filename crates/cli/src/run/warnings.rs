@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use super::{LOOKS, rounded_down};
+use super::rounded_down;
+use super::watch::LOOKS;
 use crate::format::{short, si};
 use penny::data::{Contact, Data};
 use penny::forward::Method;

@@ -12,7 +12,9 @@ use penny_lab::plot::number;
 use penny_lab::sweep::Case;
 use penny_lab::sweep::diagram::Level;
 use penny_lab::sweep::grid::Target;
+use penny_lab::sweep::reference::Reference;
 use penny_lab::sweep::trajectory::{distance, fit};
+use penny_lab::sweep::truth::Truth;
 
 /// Levels by law, and what there is to say about them.
 pub struct Floors {
@@ -20,7 +22,7 @@ pub struct Floors {
     pub notes: Vec<String>,
 }
 
-/// A law's own error counts where it is so many times what halving the step still changes.
+/// A law's own error counts where it is this many times what halving the step still changes.
 const CLEAR: f64 = 3.0;
 /// Steps of the runs that tell how errors grow.
 const MOST_STEPS: f64 = 2e5;
@@ -42,19 +44,9 @@ pub fn floors(
             Target::Poses(references) => {
                 let Some(reference) = references.get(law.name) else { continue };
                 levels.push(Level { name: "uncertain below".into(), error: reference.uncertainty });
-                // How far other laws are from this one, each at its own smallest step.
-                let apart = |other: &&Law| {
-                    let other = references.get(other.name)?;
-                    distance(&case.model, &reference.samples, &other.samples)
-                };
-                let others = laws.iter().copied().filter(|other| other.name != law.name);
-                let mut spread: Vec<(&str, f64)> = others
-                    .filter_map(|other| Some((other.name, apart(&other)?)))
-                    .filter(|(_, apart)| *apart > reference.uncertainty)
-                    .collect();
-                spread.sort_by(|a, b| a.1.total_cmp(&b.1));
-                if let Some((nearest, error)) = spread.first() {
-                    let farthest = spread.get(1..).and_then(<[_]>::last);
+                let others = other_laws(case, references, reference, law, laws);
+                let (nearest, farthest) = (others.first(), others.get(1..).and_then(<[_]>::last));
+                if let Some((nearest, error)) = nearest {
                     let farthest = farthest.map_or_else(String::new, |(other, error)| {
                         format!(", {other}, the farthest, {}", si(*error, "m"))
                     });
@@ -64,26 +56,11 @@ pub fn floors(
                         si(*error, "m")
                     ));
                 }
-                let ends = [spread.first(), spread.get(1..).and_then(<[_]>::last)];
-                levels.extend(
-                    ends.into_iter()
-                        .flatten()
-                        .map(|(other, error)| Level { name: format!("from {other}"), error: *error }),
-                );
+                let level = |(other, error): &(&str, f64)| Level { name: format!("from {other}"), error: *error };
+                levels.extend([nearest, farthest].into_iter().flatten().map(level));
             }
             Target::Exact(truth) => {
-                // What is left at the smallest step, by the integrator that changes least when it is halved.
-                let own = |integrator| {
-                    let at = |h: f64| {
-                        let method =
-                            Method { contact: law, integrator, timestep: fit(case.seconds, h).0, rounds: ROUNDS };
-                        Some((truth.measure(case, &method).ok()? - (truth.exact)(case, &method)?).abs())
-                    };
-                    let (coarse, fine) = (at(smallest)?, at(0.5 * smallest)?);
-                    Some((fine, (fine - coarse).abs())).filter(|(fine, _)| fine.is_finite())
-                };
-                let all = integrate::ALL.iter().filter(|i| !i.implicit).filter_map(|i| own(*i));
-                let Some((error, change)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+                let Some((error, change)) = own_error(case, truth, law, smallest) else { continue };
                 let quantity = unit.split_once('[').map_or("", |(_, u)| u.trim_end_matches(']'));
                 if error > CLEAR * change {
                     found.notes.push(format!(
@@ -108,6 +85,43 @@ pub fn floors(
         horizons(case, laws, smallest, &told, &mut found);
     }
     found
+}
+
+/// How far other laws are from this one, m, each at its own smallest step, the nearest first; those that are within the
+/// uncertainty of its reference are left out.
+fn other_laws<'l>(
+    case: &Case,
+    references: &BTreeMap<&'static str, Reference>,
+    reference: &Reference,
+    law: &Law,
+    laws: &[&'l Law],
+) -> Vec<(&'l str, f64)> {
+    let apart = |other: &Law| {
+        let other = references.get(other.name)?;
+        distance(&case.model, &reference.samples, &other.samples)
+    };
+    let others = laws.iter().copied().filter(|other| other.name != law.name);
+    let mut found: Vec<(&str, f64)> = others
+        .filter_map(|other| Some((other.name, apart(other)?)))
+        .filter(|(_, apart)| *apart > reference.uncertainty)
+        .collect();
+    found.sort_by(|a, b| a.1.total_cmp(&b.1));
+    found
+}
+
+/// A law's error against a closed form at half of the smallest step, and how much the halving changed it: by the integrator
+/// that it changes least.
+fn own_error(case: &Case, truth: &Truth, law: &'static Law, smallest: f64) -> Option<(f64, f64)> {
+    let by = |integrator| {
+        let at = |h: f64| {
+            let method = Method { contact: law, integrator, timestep: fit(case.seconds, h).0, rounds: ROUNDS };
+            Some((truth.measure(case, &method).ok()? - (truth.exact)(case, &method)?).abs())
+        };
+        let (coarse, fine) = (at(smallest)?, at(0.5 * smallest)?);
+        Some((fine, (fine - coarse).abs())).filter(|(fine, _)| fine.is_finite())
+    };
+    let all = integrate::ALL.iter().filter(|i| !i.implicit).filter_map(|i| by(*i));
+    all.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// How errors grow under each law, and what that makes of rounding.

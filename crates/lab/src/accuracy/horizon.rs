@@ -22,9 +22,9 @@ use penny::state::State;
 /// How a small difference grew.
 #[derive(Clone, Debug, Default)]
 pub struct Growth {
-    /// s after the start, and ln G there: one of each a sample.
+    /// Times of the samples, s after the start.
     pub times: Vec<f64>,
-    /// See `times`.
+    /// ln G at each of them.
     pub log: Vec<f64>,
 }
 

@@ -25,7 +25,7 @@ pub struct Rung {
     pub evaluations: usize,
     /// Evaluations of looks between its steps (see `between`), which the method that is chosen does not take.
     looks: usize,
-    /// Every so many samples it has one: more than 1 where steps are longer than that.
+    /// It has every n-th of the samples; n is more than 1 where steps are longer than the time between samples.
     stride: usize,
     timestep: f64,
     steps: usize,
@@ -120,7 +120,7 @@ const DOUBLE: f64 = 2.0;
 const FEW: f64 = 8.0;
 /// Where the first fixed steps that do not diverge are short, they are compared with steps this many times as long.
 const NEAR: f64 = 4.0 / 3.0;
-/// So many of the first runs may be too coarse to come nearer to one another.
+/// This many of the first runs may be too coarse to come nearer to one another.
 const BLIND: usize = 5;
 /// An order below this is none: the runs do not converge.
 const NONE: f64 = 0.25;
@@ -135,11 +135,11 @@ const MOST_ORDER: [f64; 2] = [1.0, 0.9];
 const SOFT: f64 = 2.0;
 /// What a run promises may have this order where things touch: what comes to rest is forgotten.
 const FORGOTTEN: f64 = 4.0;
-/// Fixed steps so many times as long, in a run that is no farther off than things are large, err as many times as much.
+/// Fixed steps this many times as long, in a run that is no farther off than things are large, err as many times as much.
 const FAR: std::ops::Range<f64> = 3.5..8.5;
-/// Where things touch this is so while there are so many steps a sample at most. Longer runs may agree by accident.
+/// Where things touch this is so while there are this many steps a sample at most. Longer runs may agree by accident.
 const SHORT: usize = 4;
-/// However far apart their tolerances are, of two controlled runs the distance of the finer one is so many times what it errs at most where
+/// However far apart their tolerances are, of two controlled runs the distance of the finer one is this many times what it errs at most where
 /// things touch.
 const NEARER: f64 = 3.0;
 /// Two controlled runs that agree may miss a landing alike: neither errs less than this part of its tolerance.
@@ -478,7 +478,7 @@ impl Trace {
     }
 }
 
-/// A run of so many steps for so many samples; it ends early where it diverges or takes more than `most` evaluations.
+/// A run of this many steps for this many samples; it ends early where it diverges or takes more than `most` evaluations.
 fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) -> Rung {
     let (mut state, mut data, mut scratch) = (case.start.clone(), Data::new(&case.model), Data::new(&case.model));
     let (mut trace, mut before, mut steps, mut evaluations) = (Trace::new(case, false), state.clone(), 0, 0);

@@ -53,9 +53,9 @@ pub struct Choice {
     pub stepping: Stepping,
     /// Estimated largest error of any body at any of the samples, m.
     pub error: f64,
-    /// Steps of the run, and evaluations of the accelerations.
+    /// Steps of the run.
     pub steps: usize,
-    /// See `steps`.
+    /// Evaluations of the accelerations in the run.
     pub evaluations: usize,
     /// What was kept and taken back, where steps are controlled.
     pub effort: Option<Effort>,
@@ -92,22 +92,22 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// Fixed steps that diverge are halved while there are so many a sample at most.
+/// Fixed steps that diverge are halved while there are this many a sample at most.
 const CHEAP: f64 = 8.0;
 /// Where nothing is known of fixed steps they are reckoned to take this many times the next run, or as many steps as what is wanted
 /// goes into the size of the largest body, if these are more.
 const UNKNOWN: f64 = 4.0;
-/// Fixed steps of the highest order are not tried where controlled ones promise to take so many evaluations a sample at most.
+/// Fixed steps of the highest order are not tried where controlled ones promise to take this many evaluations a sample at most.
 const HIGH: f64 = 12.0;
 /// No other steps are tried while the first ladder promises to arrive by this many times what was spent: where something touches
 /// and what is wanted is rough, where it is not, and where the motion is smooth.
 const SOON: [f64; 3] = [32.0, 8.0, 4.0];
-/// What is wanted is rough from this part of the largest body's reach, until so many evaluations a sample were spent.
+/// What is wanted is rough from this part of the largest body's reach, until this many evaluations a sample were spent.
 const ROUGH: f64 = 0.01;
 const PATIENCE: f64 = 64.0;
 /// Implicit controlled steps are not tried while others promise to arrive by this many times what was spent.
 const DEAR: f64 = 16.0;
-/// The beginning of a run of controlled steps, which tells its cost, may take this part of what was spent, or so many evaluations:
+/// The beginning of a run of controlled steps, which tells its cost, may take this part of what was spent, or this many evaluations:
 /// where something touches, and where the motion is smooth.
 const FORETASTE: f64 = 0.25;
 const TASTE: [f64; 2] = [32.0, 48.0];

@@ -26,9 +26,14 @@ enum Way<'m> {
 const MORE: usize = 10;
 
 impl Choice {
+    /// How many controlled steps a run may take before it is given up.
+    pub fn most_steps(&self) -> usize {
+        MORE * self.steps.max(1)
+    }
+
     /// The run that was chosen, or one from another start or for another time (s).
     ///
-    /// Errors: start or time are none of the model's.
+    /// Errors: start or time do not suit the model.
     pub fn run<'m>(&self, model: &'m Model, start: &State, seconds: f64) -> Result<Run<'m>, Failed> {
         let way = match self.stepping {
             Stepping::Fixed(_) => {
@@ -37,7 +42,7 @@ impl Choice {
             }
             Stepping::Controlled(tolerance) => {
                 let run = Controlled::new(model, &self.method, start, tolerance, start.time + seconds)?;
-                Way::Controlled(Box::new(run), MORE * self.steps.max(1))
+                Way::Controlled(Box::new(run), self.most_steps())
             }
         };
         Ok(Run { model, method: self.method, way })

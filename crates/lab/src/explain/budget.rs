@@ -15,7 +15,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// So many seconds from now.
+    /// This many seconds from now.
     pub fn seconds(seconds: f64) -> Budget {
         Budget { end: Some(Instant::now() + Duration::from_secs_f64(seconds)), ..Budget::unlimited() }
     }

@@ -16,7 +16,7 @@ use penny::state::State;
 /// Timesteps above this are not tried, s.
 pub const LARGEST: f64 = 1.0;
 const STEPS: usize = 3000;
-/// So many steps in a row near rest are enough.
+/// This many steps in a row near rest are enough.
 const CALM: usize = 30;
 /// Semi-implicit Euler swings to 1/√(1 − (hω/2)²) of a displacement: ten times, half a percent below its limit.
 const TRANSIENT: f64 = 20.0;

@@ -10,7 +10,7 @@ use penny::forward::{Method, forward, step};
 use penny::model::Model;
 use penny::state::State;
 
-/// A trial run ends after so many evaluations of the forces on one tree: a few hundredths of a second of computing.
+/// A trial run ends after this many evaluations of the forces on one tree: a few hundredths of a second of computing.
 const MOST_FORWARDS: usize = 20_000;
 /// And after so long, s: some scenes take long to show it.
 const LONGEST: f64 = 10.0;

@@ -44,7 +44,7 @@ struct Bitmap {
     rows: [u16; 16],
     /// 8 or 16 of them are used.
     width: usize,
-    /// A mark: so many pixels back, and what comes next takes its place.
+    /// A mark: this many pixels back, and what comes next takes its place.
     back: usize,
 }
 
@@ -136,7 +136,7 @@ fn text_style(look: Type) -> TextStyle<'static> {
     TextStyle { color: RGBColor(r, g, b).to_backend_color(), ..TextStyle::from(font) }.pos(Pos::new(h, VPos::Center))
 }
 
-/// The face of a text, and its scale at so many pixels per px.
+/// The face of a text, and its scale at this many pixels per px.
 fn face(look: Type, density: f64) -> Option<(&'static FontRef<'static>, PxScale)> {
     let face = &FACES.as_ref()?[usize::from(look.bold)];
     // ab_glyph measures a font by its height, type by its em.

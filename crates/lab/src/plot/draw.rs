@@ -90,7 +90,7 @@ fn tick_width(scale: &Scale, height: f64) -> f64 {
     scale.ticks(room(height, 55.0)).iter().map(|(_, text)| text_width(text, LABEL)).fold(0.0, f64::max)
 }
 
-/// How many ticks fit, one per so many px.
+/// How many ticks fit, one per this many px.
 fn room(length: f64, each: f64) -> usize {
     (length / each) as usize
 }

@@ -101,7 +101,7 @@ pub fn read_state(model: &Model, text: &str) -> Result<State, String> {
     match value.get("penny_state").and_then(serde_json::Value::as_u64) {
         Some(version) if version == u64::from(VERSION) => {}
         Some(version) => return Err(format!("its layout is {version}, and this Penny reads {VERSION}")),
-        None => return Err("it is no saved state: --save-state writes one".to_owned()),
+        None => return Err("it is not a saved state: --save-state writes one".to_owned()),
     }
     let saved: Saved = serde_json::from_str(text).map_err(|e| format!("it is damaged: {e}"))?;
     if let Some(why) = Shape::of(model).differs(&saved.model) {

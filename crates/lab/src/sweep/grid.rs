@@ -47,7 +47,7 @@ pub struct Row {
     pub diverged_at: Option<f64>,
 }
 
-/// So many numbers from one to another, log-spaced.
+/// This many numbers from one to another, log-spaced.
 pub fn spaced(smallest: f64, largest: f64, count: usize) -> Vec<f64> {
     let ratio = (largest / smallest).powf(1.0 / (count.max(2) - 1) as f64);
     (0..count).map(|i| smallest * ratio.powi(i as i32)).collect()

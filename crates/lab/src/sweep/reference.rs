@@ -32,7 +32,7 @@ pub fn timestep(case: &Case, smallest: f64) -> f64 {
     (smallest / FINER).max(case.seconds / MOST_STEPS)
 }
 
-/// Steps of all runs that [`converged`] takes for so many laws.
+/// Steps of all runs that [`converged`] takes for this many laws.
 pub fn work(case: &Case, laws: usize, smallest: f64) -> u64 {
     let steps = case.seconds / timestep(case, smallest);
     (1.5 * steps * (laws * CANDIDATES.len()) as f64) as u64

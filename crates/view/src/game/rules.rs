@@ -1,6 +1,6 @@
 //! Where the goal is, when it counts, and when the ball may be pushed.
 
-use super::Random;
+use crate::random::Random;
 use crate::session::Session;
 use penny::math::Vec3;
 use penny::model::{JointKind, Model};
