@@ -3,7 +3,7 @@
 use super::{Hit, Hits, Placed, Scratch, collider, frame};
 use crate::data::{Contact, Data};
 use crate::math::{Mat3, Vec3};
-use crate::model::{Bound, Model, Pair};
+use crate::model::{Bound, GeomKind, Model, Pair};
 
 /// Finds all contacts, in MuJoCo's order: by body pair, then by geom pair.
 ///
@@ -61,9 +61,9 @@ impl Default for Framed {
 }
 
 impl Framed {
-    /// The frame of a hit. All six numbers are compared, whatever comes out: faster than stopping early at what hardly happens.
+    /// Makes it that of a hit. All six numbers are compared, whatever comes out: faster than stopping early at what hardly happens.
     #[inline(always)]
-    fn of(&mut self, hit: &Hit, complete: bool) -> &Mat3 {
+    fn see(&mut self, hit: &Hit, complete: bool) {
         let same = |u: &Vec3, v: &Vec3| (u.x == v.x) & (u.y == v.y) & (u.z == v.z);
         if !(same(&self.normal, &hit.normal) & same(&self.tangent, &hit.tangent) & (self.complete == complete)) {
             let Hit { normal, tangent, .. } = *hit;
@@ -72,7 +72,6 @@ impl Framed {
                 if complete { frame(&normal, &tangent) } else { Mat3::from_rows(&[normal.transpose(), none, none]) };
             *self = Framed { normal, tangent, complete, frame };
         }
-        &self.frame
     }
 }
 
@@ -93,9 +92,13 @@ fn collide(
     touch(&a, &b, mix.margin + mix.gap, hits);
     let body = pair.geom.map(|g| model.bodies[model.geoms[g].body].weld as u32);
     let geom = pair.geom.map(|g| g as u32);
-    for hit in hits.as_slice() {
-        let frame = *last.of(hit, mix.condim > 1);
-        let Hit { dist, pos, feature, .. } = *hit;
-        contacts.push(Contact { geom, body, mix: pair.mix as u32, feature, dist, pos, frame, force: [0.0; 6] });
-    }
+    let flat = pair.kind[0] == GeomKind::Plane;
+    contacts.extend(hits.as_slice().iter().enumerate().map(|(i, hit)| {
+        // Points of one plane share their frame.
+        if i == 0 || !flat {
+            last.see(hit, mix.condim > 1);
+        }
+        let (Hit { dist, pos, feature, .. }, mix) = (*hit, pair.mix as u32);
+        Contact { geom, body, mix, feature, dist, pos, frame: last.frame, force: [0.0; 6] }
+    }));
 }
