@@ -90,7 +90,7 @@ pub struct Law {
     pub lever: Lever,
     /// Finds the forces of an island's constraints and the accelerations that they cause.
     ///
-    /// Reads: the island's rows, `vectors.smooth`. Writes: `vectors.a`, `force` of the constraints.
+    /// Reads: the rows of the island, `smooth`. Writes: `w`, and `force` of the constraints.
     pub solve: fn(&Task, &mut Scratchpad, &mut Island) -> Outcome,
     /// Writes cone and bias of each constraint, if the forces depend on accelerations: then they are
     /// f = −∂s/∂x at x = J a + bias. `None`: `solve` finds the forces from positions and velocities alone.
