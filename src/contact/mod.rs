@@ -227,9 +227,9 @@ fn constrain_with(
     let mut pad = std::mem::take(&mut data.scratch);
     let scratch = Scratch::of(&mut pad, model, data);
     let islands = &mut scratch.islands;
-    islands.alone.clear();
-    if let Some(balls) = law.balls.filter(|_| !data.plan.balls.is_empty() && !settings.implicit) {
-        islands.set_balls_apart(model, data, |mix| (balls.has)(model, mix));
+    match law.balls.filter(|_| !data.plan.balls.is_empty() && !settings.implicit) {
+        Some(balls) => islands.set_balls_apart(model, data, |mix| (balls.has)(model, mix)),
+        None => islands.alone.clear(),
     }
     let all_alone = islands.alone.len() == data.contacts.len() && data.joint_rows.is_empty() && data.ties.is_empty();
     if law.start == Start::Forces && !all_alone {

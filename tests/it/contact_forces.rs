@@ -1,7 +1,7 @@
 //! The forces of a contact law add up: M (qacc − qacc_smooth) = qfrc_constraint = Σ Jᵀ f. And scenes that go wrong
 //! where they do not.
 
-use penny::contact::{self, Law};
+use penny::contact::{self, Law, penalty};
 use penny::data::{Contact, Data};
 use penny::dynamics::{jacobian, xipos};
 use penny::forward::{Method, forward};
@@ -9,7 +9,7 @@ use penny::math::{Mat3, Vec3, Vec6, mat};
 use penny::model::Model;
 
 use crate::penalty::distance;
-use crate::random_scene::{Joints, Recipe, Scene, closed_form};
+use crate::random_scene::{Joints, Random, Recipe, Scene, closed_form};
 use crate::sim::Sim;
 
 /// Where a law lets a contact's force act on the body of each side: `mujoco` midway between the surfaces, the other
@@ -289,6 +289,66 @@ fn shortcuts_find_what_the_general_way_finds() {
     for law in contact::ALL.iter().filter(|law| law.shortcut.is_some()) {
         compare_shortcut(law);
     }
+}
+
+/// The formulas of balls against the general way: balls of any moment of inertia that allows them, with wrenches on them, beside
+/// static geoms of every kind in any place, which come before or after them.
+#[test]
+fn a_ball_by_formulas_goes_as_by_the_general_way() {
+    let general: &'static Law = Box::leak(Box::new(Law { shortcut: None, balls: None, ..penalty::LAW }));
+    let mut random = Random::new(15);
+    let (mut asked, mut formulas) = (0, 0);
+    for scene in 0..150 {
+        let kind = ["plane", "sphere", "capsule", "ellipsoid", "cylinder", "box"][scene % 6];
+        let mut number = |low, high| random.within(low, high);
+        let (radius, mass) = (number(0.05, 0.2), number(0.1, 10.0));
+        let inertia = number(0.1, 1.0) * mass * radius * radius;
+        let (condim, cone) = ([1, 3, 4, 6][scene % 4], ["elliptic", "pyramidal"][scene / 6 % 2]);
+        let [mu, spin, roll] = [number(0.0, 1.0), number(0.0, 0.1), number(0.0, 0.1)];
+        let turn = format!("{} {} {}", number(-30.0, 30.0), number(-30.0, 30.0), number(0.0, 90.0));
+        let still =
+            format!("<geom type='{kind}' size='.6 .5 .4' pos='0 0 -1' euler='{turn}' margin='{}'/>", number(0.0, 0.02));
+        let ball = format!(
+            "<body pos='{} {} {}'><freejoint/><inertial pos='0 0 0' mass='{mass}' diaginertia='{inertia} {inertia} {inertia}'/>
+             <geom size='{radius}'/></body>",
+            number(-0.1, 0.1),
+            number(-0.1, 0.1),
+            number(-0.4, 0.4)
+        );
+        let both = if scene % 2 == 0 { format!("{still}{ball}") } else { format!("{ball}{still}") };
+        let xml = format!(
+            "<mujoco><option cone='{cone}' timestep='.001'/><default><geom condim='{condim}' friction='{mu} {spin} {roll}'/></default>
+             <worldbody>{both}</worldbody></mujoco>"
+        );
+        let mut sim = Sim::law(&xml, "penalty");
+        sim.state
+            .qvel
+            .iter_mut()
+            .enumerate()
+            .for_each(|(d, v)| *v = number(-1.0, 1.0) * if d < 3 { 1.0 } else { 20.0 });
+        sim.state.xfrc_applied =
+            vec![Vec6::zeros(), Vec6::from_fn(|k, _| number(-1.0, 1.0) * mass * if k < 3 { 1.0 } else { radius })];
+        let mut other = Data::new(&sim.model);
+        for _ in 0..400 {
+            sim.step();
+            forward(&sim.model, &sim.method, &sim.state, &mut sim.data);
+            forward(&sim.model, &Method { contact: general, ..sim.method }, &sim.state, &mut other);
+            if sim.data.solver.iterations > 0 || other.contacts.iter().all(|c| c.force[0] == 0.0) {
+                continue;
+            }
+            let what = format!("scene {scene}, {kind}, condim {condim}, {cone}, {} s", sim.state.time);
+            asked += 1;
+            formulas += usize::from(sim.data.plan.balls == [true]);
+            let size = other.qacc.iter().fold(10.0f64, |m, a| m.max(a.abs()));
+            let off = distance(&sim.data.qacc, &other.qacc);
+            assert!(off < 1e-9 * size, "{what}: accelerations differ by {off:e}");
+            for (a, b) in sim.data.contacts.iter().zip(&other.contacts) {
+                let off = distance(&a.force, &b.force);
+                assert!(off < 1e-9 * (1.0 + b.force[0]), "{what}: {:?} {:?}", a.force, b.force);
+            }
+        }
+    }
+    assert!(formulas == asked && asked > 5000, "{formulas} of {asked}");
 }
 
 /// Whether spin or roll at a contact is nothing but rounding.

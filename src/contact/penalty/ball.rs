@@ -3,7 +3,7 @@
 //! Of a ball of mass m, radius R and moment of inertia I, whose centre is its centre of mass, a force along the normal n (into
 //! the ball) turns nothing, one across it moves nothing along it, and a torque about n does neither. So the equations of
 //! [`super`] fall apart. With a₀ and v of the ball's surface at the contact, α₀ and ω, accelerations without constraints, and h
-//! the timestep:
+//! the timestep, all in SI units:
 //!
 //!     N = max(0, (a_ref − n·a₀) / (R_n + 1/m))                                  R_n = (1 − d)/d A, softness
 //!     τ = −n·(α₀ + ω/h) / (ε λ_w + 1/I)         within μ_spin N
@@ -77,7 +77,7 @@ pub fn push(task: &Task, own: &Coefficients, alone: &Alone, contact: &mut Contac
         torque += arm.cross(&f);
         if dim > 3 {
             let limit = own.friction[2] * normal;
-            let spin = (-n.dot(&turn) / (SLIP * turned_weight + per_inertia)).clamp(-limit, limit);
+            let spin = (-n.dot(&turn) / (SLIP * turned_weight + per_inertia)).max(-limit).min(limit);
             contact.force[3] = spin;
             torque += n * spin;
         }
@@ -142,8 +142,8 @@ impl Pair {
     }
 }
 
-/// Enough for 1e-17 where I is a tenth of m R², which [`Plan::balls`](crate::dynamics::plan::Plan::balls) asks for: 1.1⁻⁴¹⁰. A solid
-/// ball has two fifths, and slides and rolls so much faster than its limits could stop that three to five turns are all.
+/// Enough for 1e-17 where I is a tenth of m R², which [`Plan::balls`](crate::dynamics::plan::Plan::balls) asks for: 1.1⁻⁴¹⁰. In the random
+/// scenes of tests/it/contact_forces.rs three quarters take five turns or fewer, 3 % more than ten, none more than thirty.
 const TURNS: usize = 410;
 
 #[cfg(test)]
