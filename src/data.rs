@@ -190,9 +190,9 @@ pub struct Mover {
     pub axes: Mat3,
     /// Velocity: m/s, rad/s.
     pub vel: Vec6,
-    /// J(com)·qacc_smooth of a free body: m/s², rad/s². Without the J̇·qvel term, as in MuJoCo.
+    /// J(com)·qacc_smooth of a free body, or one that is uncoupled: m/s², rad/s². Without the J̇·qvel term, as in MuJoCo.
     pub acc: Vec6,
-    /// Diagonal of the inverse inertia of a free body (1/kg, 1/(kg m²)); unused for other bodies.
+    /// Diagonal of the inverse inertia of a free body, or one that is uncoupled (1/kg, 1/(kg m²)); unused for other bodies.
     pub minv: Vec6,
 }
 

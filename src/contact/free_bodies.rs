@@ -19,7 +19,8 @@ use crate::model::Model;
 /// Most contacts that are looked at together.
 pub const MOST: usize = 8;
 
-/// An island of free bodies on which nothing acts but contacts: its trees, and its contacts in order.
+/// An island of free bodies, or of bodies whose joints are uncoupled ([`crate::dynamics::uncoupled`]), on which nothing acts but
+/// contacts: its trees, and its contacts in order.
 #[derive(Clone, Copy)]
 pub struct FreeBodies<'a> {
     /// Indices into the model's trees.

@@ -247,12 +247,12 @@ impl Islands {
         self.contacts.of(group).is_empty() && self.joints.of(group).is_empty() && self.ties.of(group).is_empty()
     }
 
-    /// An island of free bodies, where nothing acts but contacts.
+    /// An island of free bodies, or of bodies that are uncoupled, where nothing acts but contacts.
     #[inline]
-    pub fn free_bodies(&self, model: &Model, group: usize) -> Option<FreeBodies<'_>> {
+    pub fn free_bodies(&self, model: &Model, data: &Data, group: usize) -> Option<FreeBodies<'_>> {
         let trees = self.trees.of(group);
         let alone = self.joints.of(group).is_empty() && self.ties.of(group).is_empty();
-        let free = alone && trees.iter().all(|&t| model.trees[t].free.is_some());
+        let free = alone && trees.iter().all(|&t| model.trees[t].free.is_some() || data.plan.uncoupled[t].is_some());
         free.then(|| FreeBodies { trees, contacts: self.contacts.of(group) })
     }
 

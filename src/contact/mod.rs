@@ -285,7 +285,7 @@ fn push_islands(
             continue;
         }
         // An island has the number of its lowest tree.
-        if let (Some(shortcut), Some(bodies)) = (law.shortcut, islands.free_bodies(model, group))
+        if let (Some(shortcut), Some(bodies)) = (law.shortcut, islands.free_bodies(model, data, group))
             && take(shortcut, model, settings, state, data, own, &bodies, room)
         {
             continue;
@@ -336,13 +336,20 @@ fn take(
     true
 }
 
-/// qacc and qfrc_constraint of a free body from the acceleration in the room.
+/// qacc and qfrc_constraint of a free body, or one that is uncoupled, from the acceleration in the room.
 fn finish_free(model: &Model, t: usize, room: &Room, data: &mut Data) {
-    let tree = &model.trees[t];
-    if let Some(free) = &tree.free {
-        let a = room.acceleration[t];
-        let change = a - data.movers[tree.bodies.start].acc;
-        unit_mass::finish_free(free, data.plan.aligned[t], tree, data, &a.into(), &change.into());
+    let (tree, a) = (&model.trees[t], room.acceleration[t]);
+    match &tree.free {
+        Some(free) => {
+            let change = a - data.movers[tree.bodies.start].acc;
+            unit_mass::finish_free(free, data.plan.aligned[t], tree, data, &a.into(), &change.into());
+        }
+        None => {
+            let Data { plan, movers, qacc, qfrc_constraint, .. } = data;
+            let (Some(uncoupled), mover) = (&plan.uncoupled[t], &movers[tree.bodies.start]) else { return };
+            uncoupled.on_dofs(&a, &mut qacc[tree.dofs.clone()]);
+            uncoupled.on_dofs(&(a - mover.acc).component_div(&mover.minv), &mut qfrc_constraint[tree.dofs.clone()]);
+        }
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! A free body takes the closed forms of [`free`]; every other tree goes through kinematics, inertia matrix
 //! (composite rigid bodies), bias forces (recursive Newton–Euler) and one solve, in three numbers a body where it moves
-//! in one plane. A tree that only slides has a constant inertia matrix and constant bias forces: they are computed once.
+//! in one plane. A tree that only slides, or whose dofs do not feel one another ([`uncoupled`]), has a constant inertia matrix
+//! and constant bias forces: they are computed once.
 
 pub(crate) mod actuation;
 pub(crate) mod bias;
@@ -22,6 +23,7 @@ pub(crate) mod planar;
 pub(crate) mod plane;
 pub mod spatial;
 pub mod tendon;
+pub(crate) mod uncoupled;
 pub(crate) mod wrap;
 
 use crate::data::Data;
@@ -34,16 +36,24 @@ use crate::state::State;
 /// Computes what no step has to: poses of what never moves, axes, inertia and bias of trees that only slide.
 pub fn prepare(model: &Model, data: &mut Data) {
     prepare_poses(model, data);
+    kinematics(model, &model.qpos0, data);
     let (gravity, at_rest) = (gravity(model), vec![0.0; model.nv]);
     for (t, tree) in model.trees.iter().enumerate() {
+        let body = tree.bodies.start;
         if let Some(free) = &tree.free {
-            data.movers[tree.bodies.start].minv = free::prepare(free);
-        } else if !tree.rotates {
+            data.movers[body].minv = free::prepare(free);
+            continue;
+        }
+        let uncoupled = data.plan.uncoupled[t].is_some();
+        if uncoupled || !tree.rotates {
             inertia_matrix(model, t, data);
             bias::bias(model, t, &gravity, &at_rest, data);
         }
+        if let Some(uncoupled) = &data.plan.uncoupled[t] {
+            let rows = data.plan.pattern.rows(&tree.dofs);
+            data.movers[body].minv = uncoupled.prepare(rows.iter().map(|row| data.qm_rows[row.diagonal()]));
+        }
     }
-    kinematics(model, &model.qpos0, data);
     tendon::tendons(model, &model.qpos0, &at_rest, data);
 }
 
@@ -122,6 +132,14 @@ fn articulated(model: &Model, t: usize, gravity: &Vec3, state: &State, data: &mu
     }
     for b in bodies.clone().take(state.xfrc_applied.len().saturating_sub(bodies.start)) {
         actuation::apply(model, b, &state.xfrc_applied[b], data);
+    }
+    let Data { plan, movers, qfrc_smooth, qacc_smooth, qacc, .. } = data;
+    if let Some(uncoupled) = &plan.uncoupled[t] {
+        let mover = &mut movers[bodies.start];
+        mover.acc = mover.minv.component_mul(&uncoupled.motion(&qfrc_smooth[dofs.clone()]));
+        uncoupled.on_dofs(&mover.acc, &mut qacc_smooth[dofs.clone()]);
+        uncoupled.on_dofs(&mover.acc, &mut qacc[dofs]);
+        return;
     }
     data.qacc_smooth[dofs.clone()].copy_from_slice(&data.qfrc_smooth[dofs.clone()]);
     if !data.plan.varies[t] {

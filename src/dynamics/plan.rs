@@ -6,6 +6,7 @@ use super::blocks::{Block, blocks};
 use super::factor::Pattern;
 use super::links::{Link, Mount, NONE, links, mount, orientations};
 use super::plane::Plane;
+use super::uncoupled::Uncoupled;
 use crate::math::{MIN_VAL, Mat3, Vec3, mat};
 use crate::model::{Actuator, EqualityKind, FreeBody, GeomKind, Joint, JointKind, Model, Tendon, Transmission, Tree};
 
@@ -46,6 +47,8 @@ pub struct Plan {
     pub equality: bool,
     /// Whether M of a tree is diagonal whatever its position, so that implicit integrators take no more of it (by tree).
     pub simple: Vec<bool>,
+    /// Trees of one body whose dofs do not feel one another (by tree).
+    pub uncoupled: Vec<Option<Uncoupled>>,
     /// Whether the inertia matrix of a tree varies: joints turn it, or a tendon has inertia (by tree).
     pub varies: Vec<bool>,
     /// What is placed from outside: bodies with what is welded to them, and their geoms that can touch something.
@@ -70,7 +73,7 @@ pub struct Plan {
     /// Bodies with joints, one tree after another; free bodies need none.
     links: Vec<Link>,
     links_of: Vec<Range<usize>>,
-    /// Trees that turn, in one plane only (by tree).
+    /// Trees that turn, in one plane only, and are not uncoupled (by tree).
     pub planes: Vec<Option<Plane>>,
     /// Bodies without joints, in the same order.
     welded: Vec<usize>,
@@ -152,7 +155,6 @@ impl Plan {
         for (blocks, _) in tendons.iter().zip(&model.tendons).filter(|(_, tendon)| tendon.armature != 0.0) {
             blocks.iter().for_each(|block| inert[block.tree] = true);
         }
-        let varies = model.trees.iter().zip(&inert).map(|(tree, inert)| tree.rotates || *inert).collect();
         let tendons_that = |has: &dyn Fn(&Tendon) -> bool| {
             (0..model.tendons.len()).filter(|&i| has(&model.tendons[i])).collect::<Vec<_>>()
         };
@@ -169,11 +171,15 @@ impl Plan {
         let welded = |b: &usize| model.bodies[*b].weld != *b;
         let (mut links, links_of) = by_tree(model, |tree| links(model, tree));
         let turned = orientations(model);
-        let mut plane = |(tree, of): (&Tree, &Range<usize>)| {
-            let turns = tree.free.is_none() && tree.rotates;
-            turns.then(|| Plane::of(model, tree, &turned, &mut links[of.clone()])).flatten()
-        };
-        let planes = model.trees.iter().zip(&links_of).map(&mut plane).collect();
+        let (mut uncoupled, mut planes, mut varies) = (Vec::new(), Vec::new(), Vec::new());
+        for ((tree, links_of), inert) in model.trees.iter().zip(&links_of).zip(&inert) {
+            let links = &mut links[links_of.clone()];
+            let own = if *inert { None } else { Uncoupled::of(model, tree, links, &turned) };
+            let turns = tree.free.is_none() && tree.rotates && own.is_none();
+            planes.push(turns.then(|| Plane::of(model, tree, &turned, links)).flatten());
+            varies.push(turns || *inert);
+            uncoupled.push(own);
+        }
         let (welded, welded_in) = by_tree(model, |tree| tree.bodies.clone().filter(welded).collect());
         Plan {
             posed,
@@ -195,6 +201,7 @@ impl Plan {
             equality_numbers,
             equality: flags.constraint && flags.equality && !model.equalities.is_empty(),
             simple: (0..model.trees.len()).map(|t| simple(model, &model.trees[t]) && !inert[t]).collect(),
+            uncoupled,
             varies,
             mocap: mocap(model),
             mocap_geoms: touching(model, false).into_iter().filter(|g| model.bodies[g.body].weld != 0).collect(),

@@ -17,6 +17,7 @@ const LAYERS: &[&str] = &[
     "dynamics/links",
     "dynamics/factor",
     "dynamics/plane",
+    "dynamics/uncoupled",
     "dynamics/blocks",
     "dynamics/plan",
     "data",

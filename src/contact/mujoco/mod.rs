@@ -10,6 +10,7 @@
 //! Source: MuJoCo 4.0 manual, Computation › Constraint model and Constraint solver; formulas re-checked against
 //! 4.0.0 by running it.
 
+mod ball;
 pub(crate) mod coefficients;
 pub mod efc;
 mod noslip;
@@ -21,7 +22,7 @@ use super::impedance;
 use super::island::{Island, Source};
 use super::newton::{self, Constraint, Stop};
 use super::per_mix::PerMix;
-use super::{Law, Lever, Task};
+use super::{Balls, Law, Lever, Task};
 use crate::data::{JointRow, JointRowKind, Outcome, Scratchpad, Tie, TieKind};
 use crate::model::Model;
 use crate::state::Start;
@@ -44,7 +45,16 @@ pub static LAW: Law = Law {
         }
         steady::steady(task, own.get::<PerMix<Coefficients>>().of(task, Coefficients::new), bodies, contacts, room)
     }),
-    balls: None,
+    balls: Some(Balls {
+        has: ball::has,
+        solve: |task, own, alone, contacts, room| {
+            let coefficients = own.get::<PerMix<Coefficients>>().of(task, Coefficients::new);
+            for alone in alone {
+                let contact = &mut contacts[alone.contact];
+                room.acceleration[alone.tree] = ball::push(task, &coefficients[contact.mix as usize], alone, contact);
+            }
+        },
+    }),
     friction: |_, mix| mix.friction,
     describe,
     unlike: None,

@@ -33,7 +33,7 @@ pub fn steady(
         let guess = last(task, t)?;
         let mut only = Vec6::zeros();
         push::<false>(task, coefficients, bodies.contacts, contacts, |_| &guess, |_, a| only = a);
-        gradient.add(task, t, &guess, &only)?;
+        gradient.add(task, t, &guess, &only);
         acceleration[t] = guess;
         return gradient.residual(stop.tolerance);
     }
@@ -48,7 +48,7 @@ pub fn steady(
         push::<true>(task, coefficients, which, contacts, |t| &acceleration[t], |t, a| pushed[t] += a);
     }
     for &t in bodies.trees {
-        gradient.add(task, t, &acceleration[t], &pushed[t])?;
+        gradient.add(task, t, &acceleration[t], &pushed[t]);
     }
     gradient.residual(stop.tolerance)
 }
@@ -57,7 +57,10 @@ pub fn steady(
 fn last(task: &Task, t: usize) -> Option<Vec6> {
     let tree = &task.model.trees[t];
     let guess = &task.state.qacc_warmstart[tree.dofs.clone()];
-    Some(unit_mass::acceleration_of_mover(t, tree.free.as_ref()?, tree, task.data, guess).into())
+    match &tree.free {
+        Some(free) => Some(unit_mass::acceleration_of_mover(t, free, tree, task.data, guess).into()),
+        None => Some(task.data.plan.uncoupled[t].as_ref()?.motion(guess)),
+    }
 }
 
 /// The gradient M (a − a₀) − Jᵀ f.
@@ -73,16 +76,18 @@ struct Gradient {
 impl Gradient {
     /// Adds a body with its acceleration a and with M⁻¹ Jᵀ f.
     #[inline(always)]
-    fn add(&mut self, task: &Task, t: usize, a: &Vec6, pushed: &Vec6) -> Option<()> {
+    fn add(&mut self, task: &Task, t: usize, a: &Vec6, pushed: &Vec6) {
         let tree = &task.model.trees[t];
-        let free = tree.free.as_ref()?;
-        let mass = Vec6::new(free.mass, free.mass, free.mass, free.inertia.x, free.inertia.y, free.inertia.z);
-        let off = a - task.data.movers[tree.bodies.start].acc - pushed;
+        let mover = &task.data.movers[tree.bodies.start];
+        let mass = match &tree.free {
+            Some(free) => Vec6::new(free.mass, free.mass, free.mass, free.inertia.x, free.inertia.y, free.inertia.z),
+            None => mover.minv.map(|minv| if minv > 0.0 { 1.0 / minv } else { 0.0 }),
+        };
+        let off = a - mover.acc - pushed;
         let gradient = off.component_mul(&mass);
         self.trace += mass.sum();
         self.square += gradient.norm_squared();
         self.unit += gradient.dot(&off);
-        Some(())
     }
 
     /// The residual, if it is within the tolerance.

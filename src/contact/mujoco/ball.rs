@@ -1,0 +1,149 @@
+//! A ball that touches one thing that never moves: the law's forces by formulas.
+//!
+//! Of a ball whose centre is its centre of mass, of mass m and moment of inertia I, a force along the normal turns nothing, one
+//! across it moves nothing along it, and a torque about it does neither: J M⁻¹ Jᵀ of normal, two tangents and spin is diagonal,
+//!
+//!     A = diag(1/m, A_t, A_t, 1/I),   A_t = 1/m + ρ²/I          ρ from the centre to the contact point, m
+//!
+//! and so the convex problem falls apart. With x what is wanted of the accelerations without forces ([`Cone`]), R the softness:
+//!
+//!     no friction:     N = −x₀ / (A₀ + R) where that pushes
+//!     elliptic cone, friction the same both ways, in the plane of normal and slip:
+//!         sticks       N = −x₀ / (A₀ + R₀),  f = −x_t / (A_t + R₁)          where |f| ≤ μ N
+//!         slips        N = (μ |x_t| − x₀) / (A₀ + μ² A_t + (1 + μ̃²) R₀),  f = −μ N x_t/|x_t|
+//!     pyramidal cone:  the edges n ± μⱼ tⱼ of each j, where the normal ends at acceleration −y, push with
+//!         Pⱼ = max(0, (y + gⱼ) / (R + μⱼ² Aⱼ), 2 y / R),   gⱼ = μⱼ |xⱼ|     neither, one, both of them
+//!         y = −x₀ − A₀ Σ Pⱼ
+//!
+//! The last is one equation in y, of straight pieces that only become steeper: Newton's method ends on the right one.
+//!
+//! Nothing is needed of the last step. Where rolling rubs too, or spin under an elliptic cone, there are no such formulas.
+
+use super::Coefficients;
+use super::coefficients::inverse_mass;
+use crate::contact::cost::{Cone, Kind};
+use crate::contact::free_bodies::first;
+use crate::contact::{Task, islands::Alone};
+use crate::data::Contact;
+use crate::math::{Vec3, Vec6};
+use crate::model::{self, Mix, Model};
+
+/// Whether the formulas are for contacts of that mix.
+pub fn has(model: &Model, mix: &Mix) -> bool {
+    let cone = match (model.opt.cone, mix.condim) {
+        (_, 1) => true,
+        (model::Cone::Pyramidal, condim) => condim <= 4,
+        (model::Cone::Elliptic, condim) => condim == 3 && mix.friction[0] == mix.friction[1],
+    };
+    cone && !model.opt.flags.diagexact && model.opt.noslip_iterations == 0
+}
+
+/// The acceleration of the ball's mover. Writes the contact's forces.
+#[inline(always)]
+pub fn push(task: &Task, own: &Coefficients, alone: &Alone, contact: &mut Contact) -> Vec6 {
+    match task.model.mixes[contact.mix as usize].condim {
+        1 => push_rows::<1>(task, own, alone, contact),
+        3 => push_rows::<3>(task, own, alone, contact),
+        _ => push_rows::<4>(task, own, alone, contact),
+    }
+}
+
+/// [`push`] for a contact of DIM rows.
+#[inline(always)]
+fn push_rows<const DIM: usize>(task: &Task, own: &Coefficients, alone: &Alone, contact: &mut Contact) -> Vec6 {
+    let mover = &task.data.movers[task.model.trees[alone.tree].bodies.start];
+    let ball = first::<DIM>(task, contact);
+    let arm = ball.arm(contact);
+    let [v, a] = [&mover.vel, &mover.acc].map(|six| ball.motion(six).along(&arm));
+    let (mut cone, mut bias) = (Cone { dim: DIM, ..Cone::default() }, [0.0; 6]);
+    own.fill(contact.dist, inverse_mass(task.model, contact), &v, &mut cone, &mut bias);
+    let x: [f64; 4] = std::array::from_fn(|k| a[k] + bias[k]);
+    let (per_mass, per_inertia) = (mover.minv[0], mover.minv[3]);
+    let across = per_mass + arm.x * arm.x * per_inertia;
+    let inverse = [per_mass, across, across, per_inertia];
+    let force = match cone.kind {
+        Kind::Ellipse => ellipse(&cone, &x, &inverse),
+        Kind::Pyramid if DIM == 3 => pyramid::<2>(&cone, &x, &inverse),
+        Kind::Pyramid => pyramid::<3>(&cone, &x, &inverse),
+        _ => [(-x[0] / (per_mass + 1.0 / cone.d[0])).max(0.0), 0.0, 0.0, 0.0],
+    };
+    contact.force[..4].copy_from_slice(&force);
+    let f = Vec3::new(force[0], force[1], force[2]);
+    mover.acc + ball.acceleration(&f, &(arm.cross(&f) + Vec3::new(force[3], 0.0, 0.0)))
+}
+
+/// Normal and friction under an elliptic cone.
+#[inline(always)]
+fn ellipse(cone: &Cone, x: &[f64; 4], inverse: &[f64; 4]) -> [f64; 4] {
+    let (mu, soft) = (cone.mu[1], 1.0 / cone.d[0]);
+    let square = x[1] * x[1] + x[2] * x[2];
+    let (normal, hold) = (-x[0] / (inverse[0] + soft), 1.0 / (inverse[1] + 1.0 / cone.d[1]));
+    if normal >= 0.0 && hold * hold * square <= mu * mu * normal * normal {
+        return [normal, -hold * x[1], -hold * x[2], 0.0];
+    }
+    let slip = square.sqrt();
+    let met = inverse[0] + mu * mu * inverse[1] + (1.0 + cone.mu[0] * cone.mu[0]) * soft;
+    let normal = ((mu * slip - x[0]) / met).max(0.0);
+    // Where nothing slips nothing pushes here.
+    let per_slip = if normal > 0.0 { mu * normal / slip } else { 0.0 };
+    [normal, -per_slip * x[1], -per_slip * x[2], 0.0]
+}
+
+/// What pushes of a pair of edges n ± μ t.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Edges {
+    Neither,
+    One,
+    Both,
+}
+
+/// Normal and friction under a pyramidal cone of PAIRS pairs of edges.
+///
+/// The unknown is u = y + g, with g the largest gⱼ: where friction is tiny and slips, y is nearly −g, and of the difference, R
+/// times a force, few digits would be left.
+#[inline(always)]
+fn pyramid<const PAIRS: usize>(cone: &Cone, x: &[f64; 4], inverse: &[f64; 4]) -> [f64; 4] {
+    let soft = 1.0 / cone.d[0];
+    let both = 2.0 * cone.d[0];
+    let pull: [f64; PAIRS] = std::array::from_fn(|j| cone.mu[j + 1] * x[j + 1].abs());
+    let g = pull.iter().fold(0.0, |most: f64, pull| most.max(*pull));
+    let one: [f64; PAIRS] = std::array::from_fn(|j| 1.0 / (soft + cone.mu[j + 1] * cone.mu[j + 1] * inverse[j + 1]));
+    // Slope and value at u = 0 of a piece of Pⱼ.
+    let piece = |j: usize, edges: Edges| match edges {
+        Edges::Neither => [0.0, 0.0],
+        Edges::One => [one[j], one[j] * (pull[j] - g)],
+        Edges::Both => [both, -both * g],
+    };
+    let mut edges = [Edges::Both; PAIRS];
+    let mut pushes = [0.0; PAIRS];
+    // Newton's steps pass each kink once.
+    for _ in 0..2 * PAIRS + 2 {
+        let sum = (0..PAIRS).fold([0.0; 2], |sum, j| {
+            let [slope, start] = piece(j, edges[j]);
+            [sum[0] + slope, sum[1] + start]
+        });
+        let u = (g - x[0] - inverse[0] * sum[1]) / (1.0 + inverse[0] * sum[0]);
+        let last = edges;
+        for j in 0..PAIRS {
+            let [single, double] = [one[j] * (u + (pull[j] - g)), both * (u - g)];
+            (edges[j], pushes[j]) = match double >= single {
+                _ if single.max(double) <= 0.0 => (Edges::Neither, 0.0),
+                true => (Edges::Both, double),
+                false => (Edges::One, single),
+            };
+        }
+        if edges == last {
+            break;
+        }
+    }
+    let mut force = [pushes.iter().sum(), 0.0, 0.0, 0.0];
+    for j in 0..PAIRS {
+        let (mu, x) = (cone.mu[j + 1], x[j + 1]);
+        force[j + 1] = match edges[j] {
+            Edges::Neither => 0.0,
+            Edges::One => -mu * pushes[j] * x.signum(),
+            Edges::Both => -2.0 * mu * mu * x / (soft + 2.0 * mu * mu * inverse[j + 1]),
+        };
+    }
+    force
+}
