@@ -54,10 +54,10 @@ fn push_rows<const DIM: usize>(task: &Task, own: &Coefficients, alone: &Alone, c
     let mover = &task.data.movers[task.model.trees[alone.tree].bodies.start];
     let ball = first::<DIM>(task, contact);
     let arm = ball.arm(contact);
-    let [v, a] = [&mover.vel, &mover.acc].map(|six| ball.motion(six).along(&arm));
+    let (v, a) = (ball.motion(&mover.vel).along(&arm), ball.motion(&mover.acc).along(&arm));
     let (mut cone, mut bias) = (Cone { dim: DIM, ..Cone::default() }, [0.0; 6]);
     own.fill(contact.dist, inverse_mass(task.model, contact), &v, &mut cone, &mut bias);
-    let x: [f64; 4] = std::array::from_fn(|k| a[k] + bias[k]);
+    let x = [a[0] + bias[0], a[1] + bias[1], a[2] + bias[2], a[3] + bias[3]];
     let (per_mass, per_inertia) = (mover.minv[0], mover.minv[3]);
     let across = per_mass + arm.x * arm.x * per_inertia;
     let inverse = [per_mass, across, across, per_inertia];
@@ -89,6 +89,27 @@ fn ellipse(cone: &Cone, x: &[f64; 4], inverse: &[f64; 4]) -> [f64; 4] {
     [normal, -per_slip * x[1], -per_slip * x[2], 0.0]
 }
 
+/// Normal and friction under a pyramidal cone of PAIRS pairs of edges.
+#[inline(always)]
+fn pyramid<const PAIRS: usize>(cone: &Cone, x: &[f64; 4], inverse: &[f64; 4]) -> [f64; 4] {
+    // Mostly all edges push: it sticks.
+    let soft = 1.0 / cone.d[0];
+    let normal = -x[0] / (inverse[0] + soft / (2 * PAIRS) as f64);
+    let (mut force, mut sticks) = ([normal, 0.0, 0.0, 0.0], true);
+    for j in 1..=PAIRS {
+        let (mu, hold) = (cone.mu[j], stuck(cone.mu[j], x[j], soft, inverse[j]));
+        force[j] = -hold;
+        sticks &= hold.abs() * PAIRS as f64 <= mu * normal;
+    }
+    if sticks { force } else { slipping::<PAIRS>(cone, x, inverse) }
+}
+
+/// Friction of a pair of edges that both push, μ times the difference of their forces.
+#[inline(always)]
+fn stuck(mu: f64, x: f64, soft: f64, inverse: f64) -> f64 {
+    2.0 * mu * mu * x / (soft + 2.0 * mu * mu * inverse)
+}
+
 /// What pushes of a pair of edges n ± μ t.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Edges {
@@ -97,32 +118,33 @@ enum Edges {
     Both,
 }
 
-/// Normal and friction under a pyramidal cone of PAIRS pairs of edges.
+/// [`pyramid`] where not all edges push.
 ///
 /// The unknown is u = y + g, with g the largest gⱼ: where friction is tiny and slips, y is nearly −g, and of the difference, R
 /// times a force, few digits would be left.
-#[inline(always)]
-fn pyramid<const PAIRS: usize>(cone: &Cone, x: &[f64; 4], inverse: &[f64; 4]) -> [f64; 4] {
-    let soft = 1.0 / cone.d[0];
-    let both = 2.0 * cone.d[0];
-    let pull: [f64; PAIRS] = std::array::from_fn(|j| cone.mu[j + 1] * x[j + 1].abs());
-    let g = pull.iter().fold(0.0, |most: f64, pull| most.max(*pull));
-    let one: [f64; PAIRS] = std::array::from_fn(|j| 1.0 / (soft + cone.mu[j + 1] * cone.mu[j + 1] * inverse[j + 1]));
-    // Slope and value at u = 0 of a piece of Pⱼ.
-    let piece = |j: usize, edges: Edges| match edges {
-        Edges::Neither => [0.0, 0.0],
-        Edges::One => [one[j], one[j] * (pull[j] - g)],
-        Edges::Both => [both, -both * g],
-    };
-    let mut edges = [Edges::Both; PAIRS];
-    let mut pushes = [0.0; PAIRS];
+fn slipping<const PAIRS: usize>(cone: &Cone, x: &[f64; 4], inverse: &[f64; 4]) -> [f64; 4] {
+    let (soft, both) = (1.0 / cone.d[0], 2.0 * cone.d[0]);
+    let (mut pull, mut one, mut g) = ([0.0; PAIRS], [0.0; PAIRS], 0.0f64);
+    for j in 0..PAIRS {
+        let mu = cone.mu[j + 1];
+        pull[j] = mu * x[j + 1].abs();
+        one[j] = 1.0 / (soft + mu * mu * inverse[j + 1]);
+        g = g.max(pull[j]);
+    }
+    let (mut edges, mut pushes) = ([Edges::Both; PAIRS], [0.0; PAIRS]);
     // Newton's steps pass each kink once.
     for _ in 0..2 * PAIRS + 2 {
-        let sum = (0..PAIRS).fold([0.0; 2], |sum, j| {
-            let [slope, start] = piece(j, edges[j]);
-            [sum[0] + slope, sum[1] + start]
-        });
-        let u = (g - x[0] - inverse[0] * sum[1]) / (1.0 + inverse[0] * sum[0]);
+        // Slope of Σ Pⱼ, and its value at u = 0.
+        let (mut slope, mut start) = (0.0, 0.0);
+        for j in 0..PAIRS {
+            let (own, at_zero) = match edges[j] {
+                Edges::Neither => (0.0, 0.0),
+                Edges::One => (one[j], one[j] * (pull[j] - g)),
+                Edges::Both => (both, -both * g),
+            };
+            (slope, start) = (slope + own, start + at_zero);
+        }
+        let u = (g - x[0] - inverse[0] * start) / (1.0 + inverse[0] * slope);
         let last = edges;
         for j in 0..PAIRS {
             let [single, double] = [one[j] * (u + (pull[j] - g)), both * (u - g)];
@@ -137,12 +159,12 @@ fn pyramid<const PAIRS: usize>(cone: &Cone, x: &[f64; 4], inverse: &[f64; 4]) ->
         }
     }
     let mut force = [pushes.iter().sum(), 0.0, 0.0, 0.0];
-    for j in 0..PAIRS {
-        let (mu, x) = (cone.mu[j + 1], x[j + 1]);
-        force[j + 1] = match edges[j] {
+    for j in 1..=PAIRS {
+        let (mu, x) = (cone.mu[j], x[j]);
+        force[j] = match edges[j - 1] {
             Edges::Neither => 0.0,
-            Edges::One => -mu * pushes[j] * x.signum(),
-            Edges::Both => -2.0 * mu * mu * x / (soft + 2.0 * mu * mu * inverse[j + 1]),
+            Edges::One => -mu * pushes[j - 1] * x.signum(),
+            Edges::Both => -stuck(mu, x, soft, inverse[j]),
         };
     }
     force

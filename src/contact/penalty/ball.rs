@@ -45,8 +45,8 @@ pub fn push(task: &Task, own: &Coefficients, alone: &Alone, contact: &mut Contac
     let radius = geom.size.x;
     let arm = n * -radius;
 
-    let [w, alpha] = [&mover.vel, &mover.acc].map(|six| mover.axes * ang(six));
-    let [v, a] = [(&mover.vel, w), (&mover.acc, alpha)].map(|(six, turn)| lin(six) + turn.cross(&arm));
+    let (w, alpha) = (mover.axes * ang(&mover.vel), mover.axes * ang(&mover.acc));
+    let (v, a) = (lin(&mover.vel) + w.cross(&arm), lin(&mover.acc) + alpha.cross(&arm));
     let (v_n, a_n) = (n.dot(&v), n.dot(&a));
 
     let r = contact.dist - own.margin;
