@@ -179,6 +179,8 @@ pub fn rotors(world: &mut World, tendons: &mut [Tendon], actuators: &[Actuator],
 ///     springdamper (τ, ζ) of a joint:   k = m/(τ ζ)²,   d = 2 m/τ,    m = 1/(mean of the joint's `invweight0`)
 ///     dampratio ζ of an actuator:       kv = 2 ζ √(kp m),             m = 1/(J M⁻¹ Jᵀ),   J = ∂length/∂q
 ///
+/// What an actuator does not move, up to rounding, it does not damp.
+///
 /// Source: MuJoCo 4.0 manual, XML reference › joint, position; checked by running MuJoCo 4.0.0.
 pub fn fill(model: &mut Model, world: &[&spec::Joint], spec: &Spec) {
     let ratios = spec.actuators.iter().map(|a| a.dampratio);
@@ -209,7 +211,7 @@ pub fn fill(model: &mut Model, world: &[&spec::Joint], spec: &Spec) {
         let row = actuation::moment(model, &state, &mut moving, i);
         let inverse = mass_inverse(&row);
         let kp = model.actuators[i].gain[0];
-        gains.push((i, if inverse > 0.0 { 2.0 * ratio * (kp / inverse).max(0.0).sqrt() } else { 0.0 }));
+        gains.push((i, if inverse > math::MIN_VAL { 2.0 * ratio * (kp / inverse).max(0.0).sqrt() } else { 0.0 }));
     }
     let parts = model.parts_mut();
     for (j, dofs, stiffness, damping) in springs {

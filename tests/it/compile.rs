@@ -390,6 +390,19 @@ fn principal_axes_are_mujocos_in_order_and_direction() {
     assert_eq!(penny::math::wxyz(&model("axes", &xml).bodies[1].iquat), [1.0, 0.0, 0.0, 0.0]);
 }
 
+/// A crank and its slider on one body: their distance changes by rounding only, and the damping of such a servo was 1e16.
+#[test]
+fn a_servo_that_moves_nothing_damps_nothing() {
+    let xml = r#"<mujoco><worldbody><body pos=".3 .2 .1" euler="20 30 40"><joint name="j" axis="1 2 3"/>
+        <geom size=".1" pos=".1 .2 .3"/><site name="s" pos=".1 .05 .2" euler="10 20 3"/><site name="c" pos=".2 .15 .1"/>
+        </body></worldbody><actuator><position slidersite="s" cranksite="c" cranklength=".3" kp="2" dampratio="1"/>
+        <position joint="j" gear="1e-6" kp="2" dampratio="1"/></actuator></mujoco>"#;
+    let model = model("servo", xml);
+    // MuJoCo 4.0.0 gives the first 0, too.
+    assert_eq!(model.actuators[0].bias, [0.0, -2.0, 0.0]);
+    assert!(model.actuators[1].bias[2] < -1e5, "{:?}", model.actuators[1].bias);
+}
+
 /// A joint's `springdamper` says its own damping; an actuator's comes on top, as MuJoCo's `dof_damping` and
 /// `actuator_damping` do.
 #[test]
