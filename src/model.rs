@@ -449,6 +449,11 @@ impl Tendon {
     pub fn acts(&self) -> bool {
         self.armature != 0.0 || self.stiffness.iter().chain(&self.damping).any(|c| *c != 0.0)
     }
+
+    /// Whether a geom is on its path.
+    pub fn goes_round(&self) -> bool {
+        matches!(&self.path, Path::Spatial(points) if points.iter().any(|p| matches!(p, Waypoint::Geom { .. })))
+    }
 }
 
 impl Tendon {

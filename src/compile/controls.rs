@@ -33,7 +33,7 @@ pub fn actuators(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) 
             *(if a.activation == Activation::Integrator { &mut actrange } else { &mut ctrlrange }) = inherited;
         }
         if (a.damping, a.armature) != (0.0, 0.0) {
-            check_rotor(world, a, transmission, log);
+            check_rotor(world, tendons, a, transmission, log);
         }
         if let (Some([low, high]), Transmission::Joint(joint) | Transmission::JointInParent(joint)) =
             (a.ctrlrange, transmission)
@@ -141,12 +141,20 @@ fn inherited(
 }
 
 /// What an actuator adds to its target is known for slides and hinges.
-fn check_rotor(world: &World, a: &spec::Actuator, transmission: Transmission, log: &mut Log) {
+fn check_rotor(world: &World, tendons: &[Tendon], a: &spec::Actuator, transmission: Transmission, log: &mut Log) {
     let single = match transmission {
         Transmission::Joint(j) | Transmission::JointInParent(j) => world.joints[j].kind.nv() == 1,
         Transmission::Tendon(_) => true,
         Transmission::Site { .. } | Transmission::SliderCrank { .. } => false,
     };
+    if let Transmission::Tendon(t) = transmission
+        && a.armature != 0.0
+        && tendons[t].goes_round()
+    {
+        let what =
+            "a tendon that goes round a geom cannot have `armature`, neither its own nor its actuator's".to_string();
+        log.value_error(a.node, "armature", ProblemKind::Meaningless { what }, "leave it out");
+    }
     if !single {
         let attribute = if a.damping == 0.0 { "armature" } else { "damping" };
         let lost = "Penny has it for actuators on slides, hinges and tendons only".to_string();

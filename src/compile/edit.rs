@@ -7,9 +7,7 @@ use super::{invweight, layout, masses, pairs, requirements, ties};
 use crate::dynamics::fluid;
 use crate::integrate;
 use crate::math::{MIN_VAL, Quat};
-use crate::model::{
-    Activation, Anchor, Bound, EqualityKind, GeomKind, JointKind, Model, Options, Pairs, Parts, Path, Waypoint,
-};
+use crate::model::{Activation, Anchor, Bound, EqualityKind, GeomKind, JointKind, Model, Options, Pairs, Parts};
 
 /// Why a change of a model was not taken. The model is as it was.
 #[derive(Clone, Debug, PartialEq)]
@@ -582,9 +580,7 @@ fn of_forces(m: &Parts, doubts: &mut Doubts) {
         ];
         scalars.into_iter().for_each(|(what, x)| doubts.numbers(NotNegative, what, place, &[x]));
         doubts.colour(place, &tendon.rgba);
-        let round =
-            |path: &Path| matches!(path, Path::Spatial(p) if p.iter().any(|p| matches!(p, Waypoint::Geom { .. })));
-        if tendon.armature != 0.0 && round(&tendon.path) {
+        if tendon.armature != 0.0 && tendon.goes_round() {
             doubts.add("armature", place, "has to be zero: it goes round a geom");
         }
     }

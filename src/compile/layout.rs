@@ -361,6 +361,9 @@ fn add_site(world: &mut World, site: &spec::Site, body: usize, compiler: &spec::
         no_direction(site.node, kind, log);
         (Vec3::zeros(), Quat::identity(), None)
     });
+    if let Some(kind) = site.kind {
+        check_site(site, kind, log);
+    }
     let [x, y, z] = site.size;
     let size = match (half, site.kind) {
         (Some(half), Some(GeomKind::Capsule | GeomKind::Cylinder)) => Vec3::new(x, half, z),
@@ -369,6 +372,27 @@ fn add_site(world: &mut World, site: &spec::Site, body: usize, compiler: &spec::
     };
     let name = site.name.clone().unwrap_or_default();
     world.sites.push(Site { name, body, pos, quat, kind: site.kind, size });
+}
+
+/// Reports a site whose shape has no size or cannot lie between two points, as MuJoCo does.
+fn check_site(site: &spec::Site, kind: GeomKind, log: &mut Log) {
+    if site.fromto.is_some() && kind == GeomKind::Sphere {
+        return fromto_shape(site.node, kind, log);
+    }
+    let needs = if site.fromto.is_some() { &dimensions(kind)[..1] } else { dimensions(kind) };
+    if let Some((what, &value)) = needs.iter().zip(&site.size).find(|(_, size)| **size <= 0.0) {
+        not_positive(site.node, kind, what, value, log);
+    }
+}
+
+fn fromto_shape(node: NodeId, kind: GeomKind, log: &mut Log) {
+    let help = "`fromto` is for capsule, cylinder, box and ellipsoid; give this one `pos`";
+    log.value_error(node, "fromto", ProblemKind::FromtoShape { shape: kind.name() }, help);
+}
+
+fn not_positive(node: NodeId, kind: GeomKind, what: &'static str, value: f64, log: &mut Log) {
+    let problem = ProblemKind::SizeNotPositive { shape: kind.name(), what, value };
+    log.value_error(node, "size", problem, "sizes are lengths in metres, above zero");
 }
 
 /// The body that each camera looks at.
@@ -388,8 +412,7 @@ fn place(geom: &spec::Geom, compiler: &spec::Compiler, log: &mut Log) -> (Vec3, 
         return (pos, quat, size(geom, None, log));
     };
     if matches!(geom.kind, GeomKind::Plane | GeomKind::Sphere) {
-        let help = "`fromto` is for capsule, cylinder, box and ellipsoid; give this one `pos`";
-        log.value_error(geom.node, "fromto", ProblemKind::FromtoShape { shape: geom.kind.name() }, help);
+        fromto_shape(geom.node, geom.kind, log);
         return (Vec3::zeros(), Quat::identity(), size(geom, None, log));
     }
     let between = frames::fromto(points);
@@ -442,8 +465,7 @@ fn size(geom: &spec::Geom, half: Option<f64>, log: &mut Log) -> Vec3 {
         // The half-widths of a plane say only how much of it is drawn; 0 is "without end".
         let fine = value > 0.0 || (kind == GeomKind::Plane && i < 2 && value >= 0.0);
         if !fine {
-            let problem = ProblemKind::SizeNotPositive { shape: kind.name(), what, value };
-            log.value_error(geom.node, "size", problem, "sizes are lengths in metres, above zero");
+            not_positive(geom.node, kind, what, value, log);
             return Vec3::repeat(1.0);
         }
         size[i] = value;

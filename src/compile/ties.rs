@@ -172,10 +172,29 @@ pub fn equalities(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log)
                 }
             }
         };
+        check_two(&kind, e.node, log);
         let (name, active) = (e.name.clone().unwrap_or_default(), e.active);
         found.push(Equality { name, active, kind, solref: e.solref, solimp: e.solimp });
     }
     found
+}
+
+/// Reports an equality of something with itself, which MuJoCo refuses, too.
+fn check_two(kind: &EqualityKind, node: NodeId, log: &mut Log) {
+    let (itself, help) = match kind {
+        EqualityKind::Joint { joints: (one, other), .. } | EqualityKind::Tendon { tendons: (one, other), .. } => {
+            (Some(*one) == *other, "name two different ones, or leave the second out")
+        }
+        EqualityKind::Connect(anchors) | EqualityKind::Weld { anchors, .. } => match anchors {
+            [Anchor::Body { body: one, .. }, Anchor::Body { body: other, .. }] => {
+                (one == other, "name two different bodies; without `body2` the second is the world")
+            }
+            [one, other] => (one == other, "name two different sites"),
+        },
+    };
+    if itself {
+        log.error(node, ProblemKind::Meaningless { what: "this equality holds something to itself".into() }, help);
+    }
 }
 
 fn held(anchors: [Anchor; 2], torquescale: Option<f64>) -> EqualityKind {

@@ -499,6 +499,12 @@ impl<'a> Reader<'a> {
         if item.given("refsite") && !item.given("site") {
             self.meaningless(item.node, "refsite", "`refsite` needs a `site`".to_string(), "");
         }
+        let other = ["joint", "jointinparent", "tendon", "site"].into_iter().find(|name| item.given(name));
+        let own = |name: &&str| self.document.attribute(item.node, name).is_some();
+        if let (Some(other), Some(own)) = (other, ["slidersite", "cranklength"].into_iter().find(own)) {
+            let what = format!("`{own}` belongs to a slider-crank, but this actuator has a `{other}`");
+            self.meaningless(item.node, own, what, "keep one of the two");
+        }
         if item.given("joint") {
             return Transmission::Joint(word("joint"));
         }
@@ -551,6 +557,11 @@ impl<'a> Reader<'a> {
 
     fn activation(&mut self, item: &Item) -> Activation {
         let [tau] = item.array("dynprm");
+        let (given, has) = (item.integer("actdim"), i32::from(item.word("dyntype") != "none"));
+        if given != -1 && given != has {
+            let what = format!("an actuator of this `dyntype` has {} activation", if has == 0 { "no" } else { "one" });
+            self.meaningless(item.node, "actdim", what, "leave it out");
+        }
         match item.word("dyntype") {
             "none" => Activation::None,
             "integrator" => Activation::Integrator,

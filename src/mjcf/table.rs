@@ -480,8 +480,8 @@ pub const SCHEMA: &[Element] = &[
             &[
                 number("timeconst", "1", "s"),
                 number("area", "1", "m²"),
-                number("diameter", "0", "m"),
-                up_to("bias", 3, "0 0 0", "N, N/m, N s/m"),
+                number("diameter", "0", "m").not_negative(),
+                numbers("bias", 3, "0 0 0", "N, N/m, N s/m"),
             ],
         ],
     )
@@ -506,13 +506,14 @@ pub const SCHEMA: &[Element] = &[
                 numbers("actrange", 2, "0 0", "").may_be_infinite(),
                 keyword("actlimited", AUTO, "auto"),
                 keyword("actearly", BOOL, "false"),
+                integer("actdim", "-1").without_effect(),
                 number("inheritrange", "0", "1").not_negative(),
                 text("input").without_effect(),
                 reference("body", "body").unsupported("the actuator would act on nothing", NO_TRANSMISSION),
             ],
         ],
     )
-    .and("group interp actdim velrange ffrange"),
+    .and("group interp velrange ffrange"),
     unsupported(
         "orientation pid muscle adhesion dcmotor plugin",
         "actuator",

@@ -118,6 +118,13 @@ impl Reader<'_> {
         for (i, (node, point)) in points.iter().enumerate() {
             let before = i.checked_sub(1).and_then(|i| points.get(i));
             let sites = [site(before), site(points.get(i + 1))];
+            if let (Waypoint::Site(one), Some((_, Waypoint::Site(next)))) = (point, points.get(i + 1))
+                && one == next
+            {
+                let what = format!("site `{one}` follows itself in the tendon");
+                let problem = Problem::new(ProblemKind::Meaningless { what }, self.document.span(points[i + 1].0));
+                self.problems.push(problem.help("leave one of the two out"));
+            }
             let what = match point {
                 Waypoint::Geom { .. } if sites != [true, true] => "a geom stands between two sites of the tendon",
                 Waypoint::Pulley(_) if points.get(i + 1).is_none() => "a branch of the tendon follows a pulley",
