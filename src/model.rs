@@ -539,6 +539,8 @@ pub enum EqualityKind {
         anchors: [Anchor; 2],
         /// What a rotation by one radian counts for, m.
         torquescale: f64,
+        /// Whether the first follows from the second, so that they agree at `qpos0`: the file has no `relpose`.
+        follows: bool,
     },
 }
 
@@ -757,6 +759,17 @@ pub struct Actuator {
     pub gain: [f64; 3],
     /// Force without input, times (1, length, velocity).
     pub bias: [f64; 3],
+    /// What its joint or tendon has more times gear² for it: of damping, N s/m or N m s/rad.
+    pub damping: f64,
+    /// Of armature, kg or kg m².
+    pub armature: f64,
+}
+
+impl Actuator {
+    /// Damping and armature that its joint or tendon has for it.
+    pub fn rotor(&self) -> [f64; 2] {
+        [self.damping, self.armature].map(|x| self.gear[0] * self.gear[0] * x)
+    }
 }
 
 /// What an actuator acts on.

@@ -6,7 +6,7 @@ use crate::data::Data;
 use crate::dynamics::{self, actuation};
 use crate::math;
 use crate::mjcf::{Edit, ProblemKind, Spec, lints, spec};
-use crate::model::{Activation, Actuator, JointKind, Keyframe, Model, Tendon, Transmission};
+use crate::model::{Activation, Actuator, Dof, Joint, JointKind, Keyframe, Model, Parts, Tendon, Transmission};
 use crate::state::State;
 
 /// The actuators; what depends on the inertia of the scene, [`fill`] adds.
@@ -60,6 +60,8 @@ pub fn actuators(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) 
             actearly: a.actearly,
             gain: a.gain,
             bias,
+            damping: a.damping,
+            armature: a.armature,
         });
     }
     actuators
@@ -142,11 +144,6 @@ fn inherited(
 
 /// What an actuator adds to its target is known for slides and hinges.
 fn check_rotor(world: &World, tendons: &[Tendon], a: &spec::Actuator, transmission: Transmission, log: &mut Log) {
-    let single = match transmission {
-        Transmission::Joint(j) | Transmission::JointInParent(j) => world.joints[j].kind.nv() == 1,
-        Transmission::Tendon(_) => true,
-        Transmission::Site { .. } | Transmission::SliderCrank { .. } => false,
-    };
     if let Transmission::Tendon(t) = transmission
         && a.armature != 0.0
         && tendons[t].goes_round()
@@ -155,7 +152,7 @@ fn check_rotor(world: &World, tendons: &[Tendon], a: &spec::Actuator, transmissi
             "a tendon that goes round a geom cannot have `armature`, neither its own nor its actuator's".to_string();
         log.value_error(a.node, "armature", ProblemKind::Meaningless { what }, "leave it out");
     }
-    if !single {
+    if !bears_rotor(&world.joints, transmission) {
         let attribute = if a.damping == 0.0 { "armature" } else { "damping" };
         let lost = "Penny has it for actuators on slides, hinges and tendons only".to_string();
         let kind = ProblemKind::Unsupported { name: attribute.into(), lost };
@@ -163,22 +160,49 @@ fn check_rotor(world: &World, tendons: &[Tendon], a: &spec::Actuator, transmissi
     }
 }
 
+/// Whether what an actuator acts on can have its damping and armature.
+pub fn bears_rotor(joints: &[Joint], transmission: Transmission) -> bool {
+    match transmission {
+        Transmission::Joint(j) | Transmission::JointInParent(j) => joints[j].kind.nv() == 1,
+        Transmission::Tendon(_) => true,
+        Transmission::Site { .. } | Transmission::SliderCrank { .. } => false,
+    }
+}
+
 /// Damping and armature of actuators, which their joints and tendons get times gear².
-pub fn rotors(world: &mut World, tendons: &mut [Tendon], actuators: &[Actuator], spec: &Spec) {
-    for (actuator, a) in actuators.iter().zip(&spec.actuators) {
-        let square = actuator.gear[0] * actuator.gear[0];
-        match actuator.transmission {
-            Transmission::Joint(j) | Transmission::JointInParent(j) => {
-                let dof = &mut world.dofs[world.joints[j].dofadr];
-                dof.damping += square * a.damping;
-                dof.armature += square * a.armature;
-            }
-            Transmission::Tendon(t) => {
-                tendons[t].damping[0] += square * a.damping;
-                tendons[t].armature += square * a.armature;
-            }
-            _ => {}
+pub fn rotors(world: &mut World, tendons: &mut [Tendon], actuators: &[Actuator]) {
+    for actuator in actuators {
+        add_rotor(&world.joints, &mut world.dofs, tendons, actuator, actuator.rotor());
+    }
+}
+
+/// The same after a change: what is more than before.
+pub fn geared(before: &Parts, parts: &mut Parts) {
+    for (now, old) in parts.actuators.iter().zip(&before.actuators).filter(|(now, old)| now.rotor() != old.rotor()) {
+        let ([damping, armature], [damped, inert]) = (now.rotor(), old.rotor());
+        add_rotor(&parts.joints, &mut parts.dofs, &mut parts.tendons, now, [damping - damped, armature - inert]);
+    }
+}
+
+/// No armature is below 0, whatever rounding leaves of one that is taken away.
+fn add_rotor(
+    joints: &[Joint],
+    dofs: &mut [Dof],
+    tendons: &mut [Tendon],
+    actuator: &Actuator,
+    [damping, armature]: [f64; 2],
+) {
+    match actuator.transmission {
+        Transmission::Joint(j) | Transmission::JointInParent(j) => {
+            let dof = &mut dofs[joints[j].dofadr];
+            dof.damping += damping;
+            dof.armature = (dof.armature + armature).max(0.0);
         }
+        Transmission::Tendon(t) => {
+            tendons[t].damping[0] += damping;
+            tendons[t].armature = (tendons[t].armature + armature).max(0.0);
+        }
+        _ => {}
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::layout::label;
-use super::{invweight, layout, masses, pairs, requirements, ties};
+use super::{controls, invweight, layout, masses, pairs, requirements, ties};
 use crate::dynamics::fluid;
 use crate::integrate;
 use crate::math::{MIN_VAL, Quat};
@@ -37,9 +37,10 @@ fn invalid<T>(what: impl Into<String>) -> Result<T, Invalid> {
 impl Model {
     /// Changes numbers of the scene; the next step takes them up, under every law.
     ///
-    /// What follows from what was changed is found anew: free bodies from the masses of their bodies, `invweight0`, lengths of tendons at
-    /// `qpos0`, the parameters of contacts from those of geoms (a `<pair>` keeps its own), bounding spheres, what a step needs. What is derived
-    /// but changed directly (`mixes`, `invweight0`) stays until what it is derived from changes.
+    /// What follows from what was changed is found anew: free bodies from the masses of their bodies, damping and armature that actuators give by their gear, `invweight0`, at `qpos0` lengths of tendons
+    /// and anchors of a `connect` or of a `weld` without `relpose`, the parameters of contacts from those of geoms (a `<pair>` keeps its own),
+    /// bounding spheres, what a step needs. What is derived but changed directly (`mixes`, `invweight0`) stays until what it is derived from
+    /// changes.
     ///
     ///     model.edit(|m| m.opt.gravity.z = -1.62)?;
     ///     model.edit(|m| m.geoms[floor].friction[0] = 0.2)?;
@@ -65,7 +66,10 @@ impl Model {
         let before = self.clone();
         change(self.parts_mut());
         let settled = same_structure(&before, self)
-            .and_then(|()| sound(&before, self))
+            .and_then(|()| {
+                controls::geared(&before, self.parts_mut());
+                sound(&before, self)
+            })
             .and_then(|()| same_method(&before, self))
             .and_then(|()| suits(&before, self))
             .and_then(|()| settle(&before, self));
@@ -101,10 +105,12 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
     }
     let inert = |m: &Parts| m.tendons.iter().map(|t| t.armature).collect::<Vec<_>>();
     let heavy = |m: &Parts| {
-        let bodies = m.bodies.iter().map(|b| (b.mass, b.inertia, b.ipos, b.iquat, b.pos, b.quat));
-        let joints = m.joints.iter().map(|j| (j.pos, j.axis));
-        let armatures = m.dofs.iter().map(|d| d.armature).collect::<Vec<_>>();
-        (bodies.collect::<Vec<_>>(), joints.collect::<Vec<_>>(), armatures, m.qpos0.clone(), inert(m))
+        let bodies = m.bodies.iter().map(|b| (b.mass, b.inertia, b.ipos, b.iquat)).collect::<Vec<_>>();
+        (bodies, m.dofs.iter().map(|d| d.armature).collect::<Vec<_>>(), inert(m))
+    };
+    let posed = |m: &Parts| {
+        let bodies = m.bodies.iter().map(|b| (b.pos, b.quat)).collect::<Vec<_>>();
+        (bodies, m.joints.iter().map(|j| (j.pos, j.axis)).collect::<Vec<_>>(), m.qpos0.clone())
     };
     // What tendons run over.
     let strung = |m: &Parts| {
@@ -112,7 +118,8 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
         let geoms = m.geoms.iter().map(|g| (g.pos, g.quat, g.size));
         (sites.collect::<Vec<_>>(), geoms.collect::<Vec<_>>())
     };
-    let same = heavy(parts) == heavy(before) && (parts.tendons.is_empty() || strung(parts) == strung(before));
+    let still = posed(parts) == posed(before);
+    let same = still && heavy(parts) == heavy(before) && (parts.tendons.is_empty() || strung(parts) == strung(before));
     let medium = parts.opt.medium();
     let (joints, sites, geoms) = (&parts.joints, &parts.sites, &parts.geoms);
     let tendons = parts.tendons.iter().filter(|t| t.acts()).flat_map(|t| t.bodies(joints, sites, geoms));
@@ -135,6 +142,9 @@ fn settle(before: &Parts, model: &mut Model) -> Result<(), Invalid> {
         }
     }
     parts.requires = requirements::requirements(parts);
+    if !still {
+        ties::hang(model);
+    }
     match if same { Ok(()) } else { invweight::fill(model) } {
         Ok(()) => {
             if !same {
@@ -531,7 +541,7 @@ fn of_contacts(m: &Parts, doubts: &mut Doubts) {
                 continue;
             }
             EqualityKind::Connect(anchors) => anchors,
-            EqualityKind::Weld { anchors, torquescale } => {
+            EqualityKind::Weld { anchors, torquescale, .. } => {
                 doubts.numbers(NotNegative, "torquescale", place, &[*torquescale]);
                 anchors
             }
@@ -551,6 +561,11 @@ fn of_forces(m: &Parts, doubts: &mut Doubts) {
         doubts.numbers(Finite, "gear", place, &actuator.gear);
         doubts.numbers(Finite, "gain", place, &actuator.gain);
         doubts.numbers(Finite, "bias", place, &actuator.bias);
+        let rotor = [actuator.damping, actuator.armature];
+        doubts.numbers(NotNegative, "damping and armature", place, &rotor);
+        if rotor != [0.0; 2] && !controls::bears_rotor(&m.joints, actuator.transmission) {
+            doubts.add("damping and armature", place, "have to be zero: it acts on no slide, hinge or tendon");
+        }
         doubts.range("ctrlrange", place, actuator.ctrlrange);
         doubts.range("forcerange", place, actuator.forcerange);
         doubts.range("actrange", place, actuator.actrange);

@@ -47,7 +47,7 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
         world.trees.iter_mut().for_each(|tree| tree.free = None);
     }
     if log.errors.is_empty() {
-        controls::rotors(&mut world, &mut tendons, &actuators, spec);
+        controls::rotors(&mut world, &mut tendons, &actuators);
     }
     ties::closed_forms(&mut world, &tendons);
     let keyframes = controls::keyframes(&world, spec, &mut log);
@@ -89,7 +89,7 @@ pub fn compile(document: &Document, spec: &Spec) -> Result<(Model, Vec<Problem>)
     };
     parts.requires = requirements::requirements(&parts);
     let mut model = Model::new(parts);
-    ties::fill(&mut model, spec);
+    ties::fill(&mut model);
     if let Err(dof) = invweight::fill(&mut model) {
         let joint = world.joint_specs[model.dofs[dof].joint];
         let help = "its motion is one that other joints already allow: remove it, turn its axis, or give it `armature`";

@@ -155,7 +155,7 @@ pub fn equalities(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log)
                 let first = sites.find(&names[0], e.node, "site1", log);
                 let second = sites.find(&names[1], e.node, "site2", log);
                 let (Some(first), Some(second)) = (first, second) else { continue };
-                held([Anchor::Site(first), Anchor::Site(second)], *torquescale)
+                held([Anchor::Site(first), Anchor::Site(second)], torquescale.map(|scale| (scale, false)))
             }
             spec::EqualityKind::Bodies { body1, body2, anchor, weld } => {
                 let names = (body1.clone(), Some(body2.clone().unwrap_or_else(|| "world".into())));
@@ -167,7 +167,8 @@ pub fn equalities(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log)
                     None => held([at(first, given, none), at(second, zero, none)], None),
                     Some(weld) => {
                         let pose = (vec3(&weld.relpose), quat(&weld.relpose[3..]));
-                        held([at(first, pose.0, pose.1), at(second, given, none)], Some(weld.torquescale))
+                        let follows = weld.relpose[3..] == [0.0; 4];
+                        held([at(first, pose.0, pose.1), at(second, given, none)], Some((weld.torquescale, follows)))
                     }
                 }
             }
@@ -197,10 +198,11 @@ fn check_two(kind: &EqualityKind, node: NodeId, log: &mut Log) {
     }
 }
 
-fn held(anchors: [Anchor; 2], torquescale: Option<f64>) -> EqualityKind {
-    match torquescale {
+/// A `connect`, or a `weld` with its torquescale and whether its first frame follows from the second.
+fn held(anchors: [Anchor; 2], weld: Option<(f64, bool)>) -> EqualityKind {
+    match weld {
         None => EqualityKind::Connect(anchors),
-        Some(torquescale) => EqualityKind::Weld { anchors, torquescale },
+        Some((torquescale, follows)) => EqualityKind::Weld { anchors, torquescale, follows },
     }
 }
 
@@ -208,7 +210,7 @@ fn held(anchors: [Anchor; 2], torquescale: Option<f64>) -> EqualityKind {
 ///
 ///     lengths of tendons at qpos0, and where asked for of their springs with every joint at its springref
 ///     anchors: of `connect` the second's, of `weld` without `relpose` the first's frame, so that they agree at qpos0
-pub fn fill(model: &mut Model, spec: &Spec) {
+pub fn fill(model: &mut Model) {
     if model.tendons.is_empty() && model.equalities.is_empty() {
         return;
     }
@@ -223,9 +225,7 @@ pub fn fill(model: &mut Model, spec: &Spec) {
         data.ten_length.clone()
     };
     let (slack, lengths) = (lengths_at(&rest), lengths_at(&model.qpos0));
-    let kinds: Vec<EqualityKind> = model.equalities.iter().map(|e| e.kind).collect();
-    let kinds: Vec<EqualityKind> =
-        kinds.into_iter().zip(&spec.equalities).map(|(kind, e)| placed(model, &data, kind, &e.kind)).collect();
+    place(model, &data);
     let parts = model.parts_mut();
     for (i, t) in parts.tendons.iter_mut().enumerate() {
         t.length0 = lengths[i];
@@ -233,7 +233,6 @@ pub fn fill(model: &mut Model, spec: &Spec) {
             t.lengthspring = [slack[i]; 2];
         }
     }
-    parts.equalities.iter_mut().zip(kinds).for_each(|(e, kind)| e.kind = kind);
 }
 
 /// Finds the lengths of tendons at `qpos0` anew.
@@ -248,8 +247,23 @@ pub fn measure(model: &mut Model) {
     model.parts_mut().tendons.iter_mut().zip(&data.ten_length).for_each(|(t, length)| t.length0 = *length);
 }
 
-fn placed(model: &Model, data: &Data, kind: EqualityKind, spec: &spec::EqualityKind) -> EqualityKind {
-    let spec::EqualityKind::Bodies { weld, .. } = spec else { return kind };
+/// Finds the anchors of equalities at `qpos0` anew.
+pub fn hang(model: &mut Model) {
+    if model.equalities.is_empty() {
+        return;
+    }
+    let mut data = Data::new(model);
+    dynamics::kinematics(model, &model.qpos0, &mut data);
+    place(model, &data);
+}
+
+/// Anchors of bodies that follow from the other one's. Reads: poses at `qpos0`.
+fn place(model: &mut Model, data: &Data) {
+    let kinds: Vec<EqualityKind> = model.equalities.iter().map(|e| placed(model, data, e.kind)).collect();
+    model.parts_mut().equalities.iter_mut().zip(kinds).for_each(|(e, kind)| e.kind = kind);
+}
+
+fn placed(model: &Model, data: &Data, kind: EqualityKind) -> EqualityKind {
     // The frame of an anchor in a body.
     let seen = |from: Anchor, body: usize, pos: bool| {
         let (_, point, turn) = ties::place(model, data, &from);
@@ -257,14 +271,12 @@ fn placed(model: &Model, data: &Data, kind: EqualityKind, spec: &spec::EqualityK
         let quat = data.xquat[body].inverse() * turn;
         Anchor::Body { body, pos: local, quat: if pos { Quat::identity() } else { quat } }
     };
-    match (kind, weld) {
-        (EqualityKind::Connect([first, second]), _) => {
-            let body = second.place(&model.sites).0;
+    match kind {
+        EqualityKind::Connect([first, Anchor::Body { body, .. }]) => {
             EqualityKind::Connect([first, seen(first, body, true)])
         }
-        (EqualityKind::Weld { anchors: [first, second], torquescale }, Some(weld)) if weld.relpose[3..] == [0.0; 4] => {
-            let body = first.place(&model.sites).0;
-            EqualityKind::Weld { anchors: [seen(second, body, false), second], torquescale }
+        EqualityKind::Weld { anchors: [Anchor::Body { body, .. }, second], torquescale, follows: true } => {
+            EqualityKind::Weld { anchors: [seen(second, body, false), second], torquescale, follows: true }
         }
         _ => kind,
     }

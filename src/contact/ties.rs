@@ -166,7 +166,7 @@ fn equal(model: &Model, settings: &Settings, state: &State, data: &mut Data, ind
             (violation, drift) = hold(model, data, &state.qvel, anchors, 0.0, &mut numbers, blocks);
             inverse_of(model, anchors)
         }
-        EqualityKind::Weld { anchors, torquescale } => {
+        EqualityKind::Weld { anchors, torquescale, .. } => {
             (violation, drift) = hold(model, data, &state.qvel, anchors, *torquescale, &mut numbers, blocks);
             inverse_of(model, anchors)
         }
@@ -259,7 +259,7 @@ fn hold(
 pub fn wrench(model: &Model, data: &Data, tie: &Tie) -> Option<[(usize, Vec3, Vec3, Vec3); 2]> {
     let (anchors, torquescale) = match &model.equalities[tie.index].kind {
         EqualityKind::Connect(anchors) => (anchors, 0.0),
-        EqualityKind::Weld { anchors, torquescale } => (anchors, *torquescale),
+        EqualityKind::Weld { anchors, torquescale, .. } => (anchors, *torquescale),
         _ => return None,
     };
     let [(b1, p1, q1), (b2, p2, q2)] = [0, 1].map(|i| place(model, data, &anchors[i]));

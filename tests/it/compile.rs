@@ -562,3 +562,42 @@ fn an_edited_scene_has_the_numbers_of_a_fresh_one() {
     let found = numbers(&edited);
     assert!(found.iter().zip(&fresh).all(|(f, g)| (f - g).abs() < 1e-12 * g.abs().max(1.0)), "{found:?}\n{fresh:?}");
 }
+
+/// An actuator's damping and armature act times gear², and points and frames that a file leaves to the pose at `qpos0` follow it, as
+/// MuJoCo's do after `mj_setConst`.
+#[test]
+fn gears_and_anchors_of_an_edited_scene_are_those_of_a_fresh_one() {
+    let scene = |pos: &str, gear: f64| {
+        let xml = format!(
+            r#"<mujoco><worldbody><body name="a" pos="0 0 1"><joint name="j" armature=".1"/><geom size=".1" pos=".2 0 0"/></body>
+            <body name="b" pos="{pos}"><joint name="k" axis="0 1 0"/><geom size=".1" pos=".2 0 0"/></body></worldbody>
+            <equality><connect body1="a" body2="b" anchor="0 0 .1"/><weld body1="a" body2="b"/>
+            <weld body1="a" body2="b" relpose="0 0 .1 1 0 0 0"/></equality>
+            <tendon><fixed name="t"><joint joint="j" coef="1"/><joint joint="k" coef="2"/></fixed></tendon>
+            <actuator><motor joint="j" gear="{gear}" armature=".5" damping=".3"/>
+            <motor tendon="t" gear="{gear}" armature=".2" damping=".7"/></actuator></mujoco>"#
+        );
+        model("edited", &xml)
+    };
+    let fresh = scene(".3 .5 1.2", 3.0);
+    let mut edited = scene("0 .5 1", 2.0);
+    let change = |gear: f64| {
+        move |m: &mut penny::model::Parts| {
+            m.bodies[2].pos = Vector3::new(0.3, 0.5, 1.2);
+            m.actuators.iter_mut().for_each(|a| a.gear[0] = gear);
+        }
+    };
+    edited.edit(change(3.0)).expect("a change");
+    let kinds = |model: &Model| model.equalities.iter().map(|e| e.kind).collect::<Vec<_>>();
+    assert_eq!(kinds(&edited), kinds(&fresh));
+    let close = |found: f64, right: f64| assert!((found - right).abs() < 1e-12, "{found} {right}");
+    for (dof, right) in edited.dofs.iter().zip(&fresh.dofs) {
+        close(dof.armature, right.armature);
+        close(dof.damping, right.damping);
+        close(dof.invweight0, right.invweight0);
+    }
+    close(edited.tendons[0].armature, fresh.tendons[0].armature);
+    close(edited.tendons[0].damping[0], fresh.tendons[0].damping[0]);
+    edited.edit(change(0.0)).expect("a change");
+    close(edited.dofs[0].armature, 0.1);
+}

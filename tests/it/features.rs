@@ -142,7 +142,7 @@ fn eq_data(kind: &EqualityKind) -> [f64; 12] {
     let mut out = [0.0; 12];
     let (anchors, scale) = match kind {
         EqualityKind::Connect(anchors) => (*anchors, 0.0),
-        EqualityKind::Weld { anchors: [first, second], torquescale } => ([*second, *first], *torquescale),
+        EqualityKind::Weld { anchors: [first, second], torquescale, .. } => ([*second, *first], *torquescale),
         _ => return out,
     };
     out[10] = scale;
