@@ -178,18 +178,54 @@ impl Writer<'_> {
             _ => {}
         }
         let mut values = self.values(node, parent, context.class);
+        let written = values.clone();
         self.place(name, &mut values, context.frames);
         for (attribute, path) in files_of(document, node) {
             values.insert(attribute.to_string(), self.named(&path));
         }
         let class = values.remove("childclass").filter(|class| !class.is_empty());
-        let empty = document.node(node).children.is_empty();
+        let class = class.as_deref().unwrap_or(context.class);
+        let massless = name == "body" && !context.frames.is_empty() && !self.weighs(node, name, class);
+        let empty = document.node(node).children.is_empty() && !massless;
         self.open(name, schema::find(parent, name), &values, depth, empty);
+        if massless {
+            self.put_massless(written, depth + 1);
+        }
         if !empty {
-            let class = class.as_deref().unwrap_or(context.class);
             self.children(node, name, &Context { class, frames: &[] }, depth + 1);
             self.close(name, depth);
         }
+    }
+
+    /// Whether a body has mass, from `<inertial>` or from geoms.
+    fn weighs(&self, node: NodeId, parent: &str, class: &str) -> bool {
+        let document = self.document;
+        document.node(node).children.iter().any(|&child| match &*document.node(child).name {
+            "inertial" => true,
+            "replicate" => self.weighs(child, parent, class),
+            "frame" => {
+                let own = ["childclass", "class"].into_iter().find_map(|name| document.attribute(child, name));
+                self.weighs(child, parent, own.map_or(class, |own| &*own.value))
+            }
+            "geom" => {
+                let values = self.values(child, parent, class);
+                let is = |name: &str, x: f64| numbers(&values, name) == Some([x]);
+                let [low, high] = self.compiler.inertiagrouprange.map(f64::from);
+                let [group] = numbers(&values, "group").unwrap_or_default();
+                let nothing = is("mass", 0.0) || !values.contains_key("mass") && is("density", 0.0);
+                !nothing && (low..=high).contains(&group)
+            }
+            _ => false,
+        })
+    }
+
+    /// The inertial frame of a body without mass is its pose as written, without the frames around it: see `masses`.
+    fn put_massless(&mut self, mut written: Values, depth: usize) {
+        written.retain(|name, _| name == "pos" || is_orientation(name));
+        written.entry("pos".into()).or_insert_with(|| "0 0 0".into());
+        put(&mut written, "mass", &[0.0]);
+        put(&mut written, "diaginertia", &[0.0; 3]);
+        self.open("inertial", schema::find("body", "inertial"), &written, depth, true);
     }
 
     /// Sections that are read as one.

@@ -13,16 +13,19 @@ use crate::model::Model;
 pub fn measure(model: &Model, data: &Data, motion: &Motion, kind: SensorKind, root: usize, out: &mut [f64]) {
     let bodies = || root..end(model, root);
     let mass: f64 = bodies().map(|b| model.bodies[b].mass).sum();
-    let mean = |of: &dyn Fn(usize) -> Vec3| {
+    let mean = |of: &dyn Fn(usize) -> Vec3, without_mass: Vec3| {
         let sum: Vec3 = bodies().map(|b| model.bodies[b].mass * of(b)).sum();
-        if mass > crate::math::MIN_VAL { sum / mass } else { of(root) }
+        if mass > crate::math::MIN_VAL { sum / mass } else { without_mass }
     };
     let velocity = |b: usize| motion.velocity_at(b, &xipos(model, data, b));
+    let com = || mean(&|b| xipos(model, data, b), xipos(model, data, root));
+    // As in MuJoCo, what has no mass has no velocity.
+    let vel = || mean(&|b| velocity(b).0, Vec3::zeros());
     let result = match kind {
-        SensorKind::SubtreeCom => mean(&|b| xipos(model, data, b)),
-        SensorKind::SubtreeLinVel => mean(&|b| velocity(b).0),
+        SensorKind::SubtreeCom => com(),
+        SensorKind::SubtreeLinVel => vel(),
         _ => {
-            let (com, vel) = (mean(&|b| xipos(model, data, b)), mean(&|b| velocity(b).0));
+            let (com, vel) = (com(), vel());
             bodies()
                 .map(|b| {
                     let body = &model.bodies[b];

@@ -318,3 +318,16 @@ fn disabled_actuators_do_nothing() {
     sim.step();
     assert_eq!((&sim.data.sensordata[..], &sim.state.act[..]), (&[0.6, 0.0][..], &[0.7][..]));
 }
+
+/// What has no mass has no velocity of its centre of mass: a frame that only carries sites, as in MuJoCo 4.0.0.
+#[test]
+fn a_subtree_without_mass_has_no_velocity() {
+    let mut sim = Sim::law(
+        r#"<mujoco><worldbody><body><joint/><geom size=".1" pos=".3 0 0"/><body name="mount" pos="1 0 0"><site/></body></body></worldbody>
+        <sensor><subtreelinvel body="mount"/></sensor></mujoco>"#,
+        "mujoco",
+    );
+    sim.state.qvel = vec![1.0];
+    sim.step();
+    assert_eq!(sim.data.sensordata, [0.0; 3]);
+}

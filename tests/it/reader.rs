@@ -553,3 +553,21 @@ fn a_motor_takes_nothing_from_its_class_that_only_servos_have() {
     assert_eq!(ranges, [Some([-3.0, 3.0]), Some([-2.0, 2.0])]);
     assert_eq!(model.actuators[0].bias, [0.0; 3]);
 }
+
+/// MuJoCo has the inertial frame of a body without mass where its pose as written is, without the frames around it: a converted
+/// scene, which has no frames, says so.
+#[test]
+fn a_converted_mount_in_a_frame_keeps_its_inertial_frame() {
+    let text = "<mujoco><default><default class='drawn'><geom density='0'/></default></default><worldbody><body><joint/><geom size='.1'/>
+         <frame pos='1 2 3' euler='0 0 90'><body pos='.1 .2 .3' euler='10 0 0' childclass='drawn'><geom size='.1'/><frame><geom size='.1' group='6'
+         density='9'/></frame><body pos='1 0 0'><joint/><geom size='.1' mass='1'/></body></body><body/></frame></body></worldbody></mujoco>";
+    let scene = penny::parse("scene.xml", text).unwrap_or_else(|failure| panic!("{failure}"));
+    let converted = penny::compile::canonical(&scene.document, std::path::Path::new(""));
+    let again = penny::parse("scene.xml", &converted).unwrap_or_else(|failure| panic!("{failure}"));
+    for (body, other) in scene.model.bodies.iter().zip(&again.model.bodies) {
+        assert!((body.ipos - other.ipos).norm() < 1e-12, "{converted}");
+        assert!((body.invweight0[0] - other.invweight0[0]).abs() <= 1e-12 * body.invweight0[0], "{converted}");
+        assert_eq!(body.mass, other.mass);
+    }
+    assert_eq!(again.model.bodies[2].ipos, penny::math::Vec3::new(0.1, 0.2, 0.3));
+}
