@@ -133,8 +133,8 @@ fn inherited(
         Transmission::Tendon(t) => tendons[t].range,
         Transmission::Site { .. } | Transmission::SliderCrank { .. } => None,
     };
-    let Some([low, high]) = range else {
-        let what = "`inheritrange` needs a position servo on a joint or tendon with a `range`".to_string();
+    let Some([low, high]) = range.filter(|range| range.iter().all(|end| end.is_finite())) else {
+        let what = "`inheritrange` needs a position servo on a joint or tendon with a finite `range`".to_string();
         log.value_error(a.node, "inheritrange", ProblemKind::Meaningless { what }, "give the range itself");
         return None;
     };

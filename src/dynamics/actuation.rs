@@ -50,7 +50,7 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
     for (i, actuator) in model.actuators.iter().enumerate() {
         let Data { plan, moments, qfrc_actuator, actuator_force, .. } = data;
         if let Some([low, high]) = actuator.forcerange {
-            actuator_force[i] = actuator_force[i].max(low).min(high);
+            actuator_force[i] = actuator_force[i].clamp(low, high);
         }
         let force = actuator_force[i];
         match plan.moments[i] {
@@ -70,7 +70,7 @@ pub fn actuate(model: &Model, state: &State, data: &mut Data) {
     compensate(data);
     let Data { plan, qfrc_actuator, .. } = data;
     for &(dof, [low, high]) in &plan.force_ranges {
-        qfrc_actuator[dof] = qfrc_actuator[dof].max(low).min(high);
+        qfrc_actuator[dof] = qfrc_actuator[dof].clamp(low, high);
     }
 }
 
@@ -81,7 +81,7 @@ fn bound_tendons(model: &Model, data: &mut Data) {
         let acts = |actuator: &Actuator| actuator.transmission == Transmission::Tendon(tendon);
         let pulls = || model.actuators.iter().zip(0..).filter(|(a, _)| acts(a)).map(|(_, i): (_, usize)| i);
         let sum: f64 = pulls().map(|i| actuator_force[i]).sum();
-        let bounded = sum.max(low).min(high);
+        let bounded = sum.clamp(low, high);
         ten_bounded[tendon] = sum <= low || sum >= high;
         if bounded != sum {
             pulls().for_each(|i| actuator_force[i] *= bounded / sum);
@@ -97,10 +97,10 @@ fn compensate(data: &mut Data) {
     }
 }
 
-/// A control, clamped to its range.
+/// A control, clamped to its range; NaN stays NaN, so that the step fails.
 fn control(model: &Model, state: &State, i: usize) -> f64 {
     match (model.actuators[i].ctrlrange, model.opt.flags.clampctrl) {
-        (Some([low, high]), true) => state.ctrl[i].max(low).min(high),
+        (Some([low, high]), true) => state.ctrl[i].clamp(low, high),
         _ => state.ctrl[i],
     }
 }
@@ -151,7 +151,7 @@ fn next(actuator: &Actuator, act: f64, rate: f64, h: f64) -> f64 {
         _ => act + h * rate,
     };
     match actuator.actrange {
-        Some([low, high]) => next.max(low).min(high),
+        Some([low, high]) => next.clamp(low, high),
         None => next,
     }
 }

@@ -331,3 +331,21 @@ fn a_subtree_without_mass_has_no_velocity() {
     sim.step();
     assert_eq!(sim.data.sensordata, [0.0; 3]);
 }
+
+/// A control that is NaN ends the run: it counted as the lower end of the actuator's range.
+#[test]
+fn a_control_that_is_no_number_ends_the_run() {
+    for bounds in ["ctrlrange='-1 1'", "forcerange='-1 1'", "ctrlrange='-1 1' dyntype='integrator' actrange='-1 1'"] {
+        let mut sim = Sim::law(
+            &format!(
+                "<mujoco><worldbody><body><joint name='j' actuatorfrcrange='-1 1'/><geom size='.1'/></body></worldbody>
+                <actuator><general joint='j' {bounds}/></actuator></mujoco>"
+            ),
+            "mujoco",
+        );
+        sim.state.ctrl = vec![f64::NAN];
+        let ended =
+            (0..3).any(|_| penny::forward::step(&sim.model, &sim.method, &mut sim.state, &mut sim.data).is_err());
+        assert!(ended, "{bounds}");
+    }
+}

@@ -571,3 +571,13 @@ fn a_converted_mount_in_a_frame_keeps_its_inertial_frame() {
     }
     assert_eq!(again.model.bodies[2].ipos, penny::math::Vec3::new(0.1, 0.2, 0.3));
 }
+
+/// About the middle of a range without an end there is none: the control's range was NaN.
+#[test]
+fn a_servo_inherits_no_range_without_ends() {
+    let text =
+        "<mujoco><worldbody><body><joint name='j' type='slide' range='-1 inf'/><geom size='.1'/></body></worldbody>
+         <actuator><position joint='j' inheritrange='1'/></actuator></mujoco>";
+    let refused = penny::parse("scene.xml", text).map(|_| ()).expect_err("no range").to_string();
+    assert!(refused.contains("with a finite `range`"), "{refused}");
+}
