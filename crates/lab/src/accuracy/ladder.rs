@@ -100,15 +100,12 @@ pub struct Promise {
 /// How wrong an estimate may be: where something touches, of few steps a sample (see `SHORT`), and of more or of controlled ones;
 /// and where the motion is smooth.
 const MARGIN: [f64; 3] = [1.25, 2.0, 1.1];
-/// The next knob is aimed at this part of the tolerance over the margin, so that the run after it is seldom needed.
-const AIM: f64 = 0.95;
-/// A finer knob is this much finer at least and at most: of timesteps, of those of higher order, and of tolerances.
-const FINER: [[f64; 2]; 3] = [[1.5, 4.0], [1.5, 8.0], [4.0, 100.0]];
+/// A finer knob is this much finer at least and at most: of timesteps, and of tolerances.
+const FINER: [[f64; 2]; 2] = [[1.5, 8.0], [4.0, 100.0]];
 /// The second run of controlled steps takes about this many times the effort of the first.
-const EFFORT: f64 = 2.2;
-/// Its tolerance is this many times what is wanted: where something touches, where the motion is smooth, and where it is but
-/// something is stiff, so that stability keeps steps short and errors are small.
-const FIRST: [f64; 3] = [0.75, 0.3, 1.0];
+const EFFORT: f64 = 2.0;
+/// Its tolerance is this part of what is wanted.
+const FIRST: f64 = 0.75;
 /// The first run has no larger one than this part of the largest body's reach: that would be blind.
 const COARSE: f64 = 0.1;
 /// The order that is assumed where two runs are all there is, the first of timesteps and the second of tolerances.
@@ -118,14 +115,14 @@ const DOUBLE: f64 = 2.0;
 /// The first of fixed steps, in samples; the second have half of that, and the third an eighth. Those of higher order begin with
 /// [`DOUBLE`], and halve it.
 const FEW: f64 = 8.0;
-/// Where the first fixed steps that do not diverge are short, they are compared with steps this many times as long.
-const NEAR: f64 = 4.0 / 3.0;
+/// Fixed steps that diverge are followed by ones this many times shorter, and the first that do not by ones this many times shorter
+/// still: there is little between steps that diverge and steps that are good.
+const ONSET: f64 = 1.4;
+const PROOF: f64 = 1.2;
 /// This many of the first runs may be too coarse to come nearer to one another.
 const BLIND: usize = 5;
 /// An order below this is none: the runs do not converge.
 const NONE: f64 = 0.25;
-/// Controlled runs may come nearer to one another while their tolerance is larger, m.
-const FINE: f64 = 1e-12;
 /// Of smooth motion finer steps have at least this, whatever coarse ones showed.
 const EXPECTED: f64 = 0.8;
 /// No higher order is believed where contacts begin and end, for there runs may agree by accident, and seem to be of any order;
@@ -133,8 +130,6 @@ const EXPECTED: f64 = 0.8;
 const MOST_ORDER: [f64; 2] = [1.0, 0.9];
 /// Where things touch and steps are so long that `refsafe` makes them softer, they sink by what grows with the step's square.
 const SOFT: f64 = 2.0;
-/// What a run promises may have this order where things touch: what comes to rest is forgotten.
-const FORGOTTEN: f64 = 4.0;
 /// Fixed steps this many times as long, in a run that is no farther off than things are large, err as many times as much.
 const FAR: std::ops::Range<f64> = 3.5..8.5;
 /// Where things touch this is so while there are this many steps a sample at most. Longer runs may agree by accident.
@@ -142,8 +137,6 @@ const SHORT: usize = 4;
 /// However far apart their tolerances are, of two controlled runs the distance of the finer one is this many times what it errs at most where
 /// things touch.
 const NEARER: f64 = 3.0;
-/// Two controlled runs that agree may miss a landing alike: neither errs less than this part of its tolerance.
-const FLOOR: f64 = 1.0;
 
 /// Of the largest body, m.
 pub fn reach(case: &Case) -> f64 {
@@ -177,11 +170,6 @@ impl<'c> Ladder<'c> {
         self.rungs.is_empty() && self.paused.is_none()
     }
 
-    /// Whether the first run reached the end.
-    pub fn begins_whole(&self) -> bool {
-        self.rungs.first().is_some_and(Rung::whole)
-    }
-
     /// Whether a run of steps that are not shorter than the time between samples reached the end.
     pub fn any_long(&self) -> bool {
         self.rungs.iter().any(|rung| rung.whole() && rung.steps <= SAMPLES)
@@ -206,14 +194,13 @@ impl<'c> Ladder<'c> {
         }
     }
 
-    /// The first knob; of controlled steps where the motion is smooth, and where something is stiff.
-    pub fn first(&self, case: &Case, tolerance: f64, [smooth, stiff]: [bool; 2]) -> f64 {
+    /// The first knob.
+    pub fn first(&self, case: &Case, tolerance: f64) -> f64 {
         if !self.controlled {
             let few = if self.integrator.order > 1 { DOUBLE } else { FEW };
             return case.seconds / SAMPLES as f64 * few;
         }
-        let part = FIRST[usize::from(smooth) + usize::from(smooth && stiff)];
-        (part * self.apart() * tolerance).min(COARSE * reach(case))
+        (FIRST * self.apart() * tolerance).min(COARSE * reach(case))
     }
 
     /// Whether a run and the one before it are smooth.
@@ -262,7 +249,8 @@ impl<'c> Ladder<'c> {
             let gain = (before.knob / last.knob).powf(order) - 1.0;
             let gain = if self.controlled && smooth == 0 { gain.min(NEARER) } else { gain };
             let error = apart / gain;
-            let floor = if self.controlled && smooth == 0 { FLOOR * last.knob } else { 0.0 };
+            // Two controlled runs that agree may miss a landing alike: neither errs less than its tolerance.
+            let floor = if self.controlled && smooth == 0 { last.knob } else { 0.0 };
             let far = last.far.iter().filter(|_| smooth == 1 || last.steps <= SHORT * SAMPLES);
             let far = far.map(|[ratio, apart]| apart / (ratio.powf(order.max(1.0)) - 1.0));
             let error = far.fold(error, f64::min).max(floor);
@@ -291,23 +279,18 @@ impl<'c> Ladder<'c> {
         (cost <= MOST_EVALUATIONS as f64).then_some(Promise { cost, knob: last.knob / factor })
     }
 
-    /// The next run where nothing is known.
+    /// The next run where nothing is known: of fixed steps that diverge, or just do not, those a little shorter.
     pub fn second(&self) -> Option<Promise> {
-        if let [.., before, last] = &self.rungs[..]
-            && !self.controlled
-            && last.whole()
-            && !before.whole()
-            && last.steps >= 4 * SAMPLES
-            && NEAR * last.knob < 0.9 * before.knob
-        {
-            return Some(Promise { cost: last.evaluations as f64 / NEAR, knob: NEAR * last.knob });
-        }
-        self.finer(self.apart())
-    }
-
-    /// The next run of fixed steps half as long.
-    pub fn double(&self) -> Option<Promise> {
-        self.finer(DOUBLE)
+        let [.., last] = &self.rungs[..] else { return None };
+        let diverged = |rung: &Rung| !rung.whole();
+        let ratio = match &self.rungs[..] {
+            _ if self.controlled || last.stride > 1 => return self.finer(self.apart()),
+            [.., last] if diverged(last) => ONSET,
+            [.., before, _] if diverged(before) => PROOF,
+            _ => DOUBLE,
+        };
+        let each = last.planned / SAMPLES as f64;
+        self.finer((ratio * each).round().max(each + 1.0) / each)
     }
 
     /// What it takes to come from an error (m) of the last run to the tolerance; `None` if it cannot, or has not begun.
@@ -319,7 +302,7 @@ impl<'c> Ladder<'c> {
             return Some(Promise { cost: whole - effort + next, knob: paused.knob });
         }
         let last = self.rungs.last()?;
-        let finer = FINER[if self.controlled { 2 } else { usize::from(self.integrator.order > 1) }];
+        let finer = FINER[usize::from(self.controlled)];
         // The first run is told from the others by their errors, not by its own.
         if !last.whole() || !error.is_finite() || self.rungs.len() == 1 {
             return self.second();
@@ -336,11 +319,12 @@ impl<'c> Ladder<'c> {
         let error = if touching { error.min(reach(case)) } else { error };
         let least_order = if self.smooth(k) { EXPECTED } else { NONE };
         let order = match self.shown(k) {
-            Some(shown) if touching => shown.clamp(1.0, FORGOTTEN),
+            // What comes to rest is forgotten.
+            Some(shown) if touching => shown.max(1.0),
             _ if self.controlled => self.order(k).unwrap_or(1.0).max(least_order),
             _ => self.order(k).unwrap_or(theory).max(least_order),
         };
-        let wanted = (error / (AIM / self.margin(k) * tolerance)).powf(1.0 / order).max(least);
+        let wanted = (self.margin(k) * error / tolerance).powf(1.0 / order).max(least);
         // Too far to arrive: but a finer run tells until when there is agreement.
         let cost = self.finer(wanted).map_or(f64::INFINITY, |promise| promise.cost);
         Some(Promise { cost, ..self.finer(wanted.min(most))? })
@@ -402,8 +386,9 @@ impl<'c> Ladder<'c> {
         }
         let k = self.rungs.len() - 1;
         // Once may be an accident, and large tolerances blind.
-        let fine = (!self.controlled || self.rungs[k].knob <= FINE) && !self.rungs[k].blind;
-        self.stuck |= k > BLIND && fine && [k - 1, k].iter().all(|k| self.order(*k).is_some_and(|order| order <= NONE));
+        self.stuck |= k > BLIND
+            && !self.rungs[k].blind
+            && [k - 1, k].iter().all(|k| self.order(*k).is_some_and(|order| order <= NONE));
     }
 
     /// One of the runs as what is chosen.

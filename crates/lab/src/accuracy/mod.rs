@@ -92,27 +92,14 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// Fixed steps that diverge are halved while there are this many a sample at most.
+/// Fixed steps that diverge are made shorter while there are this many a sample at most.
 const CHEAP: f64 = 8.0;
-/// Where nothing is known of fixed steps they are reckoned to take this many times the next run, or as many steps as what is wanted
-/// goes into the size of the largest body, if these are more.
-const UNKNOWN: f64 = 4.0;
 /// Fixed steps of the highest order are not tried where controlled ones promise to take this many evaluations a sample at most.
 const HIGH: f64 = 12.0;
-/// No other steps are tried while the first ladder promises to arrive by this many times what was spent: where something touches
-/// and what is wanted is rough, where it is not, and where the motion is smooth.
-const SOON: [f64; 3] = [32.0, 8.0, 4.0];
-/// What is wanted is rough from this part of the largest body's reach, until this many evaluations a sample were spent.
-const ROUGH: f64 = 0.01;
-const PATIENCE: f64 = 64.0;
-/// Implicit controlled steps are not tried while others promise to arrive by this many times what was spent.
-const DEAR: f64 = 16.0;
-/// The beginning of a run of controlled steps, which tells its cost, may take this part of what was spent, or this many evaluations:
-/// where something touches, and where the motion is smooth.
-const FORETASTE: f64 = 0.25;
-const TASTE: [f64; 2] = [32.0, 48.0];
-/// A run that takes this many times what was promised is given up.
-const OVERRUN: f64 = 4.0;
+/// No other steps are tried while the first ladder promises to arrive by this many times what was spent.
+const SOON: f64 = 8.0;
+/// The beginning of a run of controlled steps, which tells its cost, takes this many evaluations.
+const TASTE: usize = 48;
 /// A run of more evaluations is not tried.
 const MOST_EVALUATIONS: usize = 3_000_000;
 /// Nor a search of more.
@@ -179,87 +166,69 @@ impl Search<'_> {
         Some(self.ladders[i].choice(k, self.law, bound.error, self.trial))
     }
 
-    /// The next ladder to climb, its knob, and the evaluations that the run may take.
+    /// The next ladder to climb, its knob, and the evaluations that the run may take:
+    ///
+    /// 1. Fixed steps: two runs, and cheap ones until they do not diverge.
+    /// 2. What is known is tried where it promises to arrive soon.
+    /// 3. Otherwise the others begin, so that they promise something too.
+    /// 4. What promises most goes on, until another promises more.
     fn next(&self) -> Option<(usize, f64, usize)> {
-        let (fixed, spent) = (&self.ladders[0], self.trial as f64);
-        let most = |cost: f64| cost.min(MOST_EVALUATIONS as f64) as usize;
-        let kind = [fixed.rungs.last().is_some_and(|last| last.smooth), !fixed.begins_whole()];
-        let first = |i: usize, cost: f64| {
-            let knob = self.ladders[i].first(self.case, self.tolerance, kind);
-            Some((i, knob, most(cost)))
-        };
-        let climb = |(i, promise): (usize, ladder::Promise)| Some((i, promise.knob, most(OVERRUN * promise.cost)));
+        let (fixed, spent, last) = (&self.ladders[0], self.trial as f64, self.ladders.len() - 1);
+        let begin = |i: usize, most: usize| Some((i, self.ladders[i].first(self.case, self.tolerance), most));
+        let climb = |i: usize, to: ladder::Promise| Some((i, to.knob, MOST_EVALUATIONS));
         let unbegun = |i: &usize| self.ladders[*i].unbegun() && self.ladders[*i].may_begin();
-        // Two runs of fixed steps, or until they do not diverge.
         if unbegun(&0) {
-            return first(0, f64::INFINITY);
+            return begin(0, MOST_EVALUATIONS);
         }
         let few = fixed.rungs.len() == 1 || !fixed.any_whole();
         if let (true, Some(second)) = (few, fixed.second().filter(|p| p.cost <= CHEAP * SAMPLES as f64)) {
-            return climb((0, second));
+            return climb(0, second);
         }
-        let smooth = kind[0];
-        if smooth && let Some((i, knob, cost)) = self.higher(kind) {
-            return Some((i, knob, most(cost)));
-        }
-        // Where two runs do not tell enough yet, fixed steps need a few more, and the more the less may be wrong.
-        let size = reach(self.case) / self.tolerance;
-        let cost = |i: usize, cost: f64| if i == 0 && !fixed.known() { size.max(UNKNOWN * cost) } else { cost };
-        let promise = |i: usize| self.promise(i).map(|p| (i, ladder::Promise { cost: cost(i, p.cost), ..p }));
-        let mut all: Vec<(usize, ladder::Promise)> = (0..self.ladders.len()).filter_map(promise).collect();
-        all.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        let cost = all.first().map_or(f64::INFINITY, |(_, promise)| promise.cost);
-        let rough = ROUGH * size <= 1.0 && spent <= PATIENCE * SAMPLES as f64;
-        let soon = SOON[if smooth { 2 } else { usize::from(!rough) }];
-        if cost <= soon * spent.max(SAMPLES as f64) && self.untried() {
-            return climb(*all.first()?);
-        }
-        // The beginning of a run of controlled steps tells its cost. The implicit ones are tried where all others are dear.
-        let implicit = || all.first().is_none_or(|(best, promise)| *best == 0 && promise.cost > DEAR * spent);
-        let taste = |i: &usize| {
-            unbegun(i) && self.ladders[*i].controlled && (!self.ladders[*i].integrator.implicit || implicit())
-        };
-        if let Some(i) = (0..self.ladders.len()).find(taste) {
-            return first(i, (FORETASTE * spent).max(TASTE[usize::from(smooth)]));
-        }
-        let (i, promise) = *all.first()?;
-        if !self.ladders[i].controlled {
-            return climb((i, promise));
-        }
-        // Where things touch, fixed steps may come nearer sooner than they promise, and controlled ones later: each takes
-        // as much as the other did.
-        let taken: f64 = fixed.rungs.iter().map(|r| r.evaluations as f64).sum();
-        let double = fixed.double().filter(|double| double.cost <= 2.0 * (spent - taken));
-        if let (false, Some(double)) = (smooth, double) {
-            return climb((0, double));
-        }
-        // Until another promises more.
-        let next = all.get(1).map_or(f64::INFINITY, |(_, promise)| promise.cost);
-        let next = if smooth { next } else { next.min(2.0 * taken) };
-        Some((i, promise.knob, most(next.max(0.25 * spent))))
-    }
 
-    /// The next run that tells whether steps of higher order pay, of smooth motion in which long steps do not diverge: its
-    /// ladder, knob, and the evaluations that it may take; `None` where the first ladder is soon there, or controlled steps
-    /// are cheap.
-    fn higher(&self, kind: [bool; 2]) -> Option<(usize, f64, f64)> {
-        let (fixed, spent, last) = (&self.ladders[0], self.trial as f64, self.ladders.len() - 1);
-        let soon = |promise: ladder::Promise| promise.cost <= SOON[2] * spent.max(SAMPLES as f64);
-        if !fixed.any_long() || fixed.known() && self.promise(0).is_some_and(soon) {
-            return None;
+        let promise = |i: usize| self.promise(i).map(|p| (i, p));
+        let mut all: Vec<(usize, ladder::Promise)> = (0..=last).filter_map(promise).collect();
+        all.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let best =
+            |among: &dyn Fn(usize) -> bool| all.iter().find(|(i, _)| among(*i)).map_or(f64::INFINITY, |b| b.1.cost);
+        let smooth = fixed.rungs.last().is_some_and(|last| last.smooth);
+        let soon = |cost: f64| cost <= SOON * spent.max(SAMPLES as f64);
+        // One run of long steps tells less than the beginnings of others.
+        let told = fixed.known() || !fixed.any_long();
+        if told && self.untried() && soon(best(&|_| true)) {
+            let (i, next) = *all.first()?;
+            return climb(i, next);
         }
-        let first = |i: usize, cost: f64| Some((i, self.ladders[i].first(self.case, self.tolerance, kind), cost));
-        let (controlled, high) = (1..last, &self.ladders[last]);
-        let untried = |i: &usize| self.ladders[*i].unbegun() && !self.ladders[*i].integrator.implicit;
-        if let Some(i) = controlled.clone().find(untried) {
-            return first(i, TASTE[1]);
+
+        // The beginning of a run of controlled steps tells its cost.
+        let taste = |implicit: bool| {
+            let this = |i: &usize| {
+                unbegun(i) && self.ladders[*i].controlled && self.ladders[*i].integrator.implicit == implicit
+            };
+            (1..last).find(this).and_then(|i| begin(i, TASTE))
+        };
+        if let Some(found) = taste(false) {
+            return Some(found);
         }
-        let cheap = controlled.filter_map(|i| self.promise(i)).any(|p| p.cost <= HIGH * SAMPLES as f64);
-        if !cheap && high.unbegun() && high.may_begin() {
-            return first(last, MOST_EVALUATIONS as f64);
+        // Two runs of the highest order tell its cost, of smooth motion in which long steps do not diverge.
+        if smooth && fixed.any_long() && !(told && soon(best(&|i| i == 0))) {
+            let high = &self.ladders[last];
+            if unbegun(&last) && best(&|i| self.ladders[i].controlled) > HIGH * SAMPLES as f64 {
+                return begin(last, MOST_EVALUATIONS);
+            }
+            if let Some(second) = high.second().filter(|_| high.rungs.len() == 1 && high.any_whole()) {
+                return climb(last, second);
+            }
         }
-        let second = high.second().filter(|_| high.rungs.len() == 1 && high.any_whole())?;
-        Some((last, second.knob, OVERRUN * second.cost))
+        let dear = all.first().is_none_or(|(best, promise)| *best == 0 && !soon(promise.cost));
+        if let Some(found) = taste(true).filter(|_| dear) {
+            return Some(found);
+        }
+        let (i, next) = *all.first()?;
+        if !self.ladders[i].controlled {
+            return climb(i, next);
+        }
+        let other = all.get(1).map_or(f64::INFINITY, |(_, promise)| promise.cost);
+        Some((i, next.knob, other.min(MOST_EVALUATIONS as f64) as usize))
     }
 
     /// Whether there was no run of controlled steps.
@@ -267,9 +236,17 @@ impl Search<'_> {
         self.ladders.iter().all(|l| !l.controlled || l.unbegun())
     }
 
+    /// What a ladder promises; that of the highest order nothing while its steps diverge. Of the first, where two runs do not tell enough yet, at least as many as what is wanted goes into
+    /// the largest body.
     fn promise(&self, i: usize) -> Option<ladder::Promise> {
-        let error = self.ladders[i].rungs.len().checked_sub(1).map_or(f64::INFINITY, |last| self.guess(i, last));
-        self.ladders[i].promise(self.case, error, self.tolerance)
+        let of = &self.ladders[i];
+        if i + 1 == self.ladders.len() && !of.any_whole() {
+            return None;
+        }
+        let error = of.rungs.len().checked_sub(1).map_or(f64::INFINITY, |last| self.guess(i, last));
+        let promise = of.promise(self.case, error, self.tolerance)?;
+        let least = if i == 0 && !of.known() { reach(self.case) / self.tolerance } else { 0.0 };
+        Some(ladder::Promise { cost: promise.cost.max(least), ..promise })
     }
 
     fn climb(&mut self, i: usize, knob: f64, most: usize) {
