@@ -171,7 +171,7 @@ impl Search<'_> {
     /// 1. Fixed steps: two runs, and cheap ones until they do not diverge.
     /// 2. What is known is tried where it promises to arrive soon.
     /// 3. Otherwise the others begin, so that they promise something too.
-    /// 4. What promises most goes on, until another promises more.
+    /// 4. What promises most goes on, until another promises more; what it takes is asked again where the whole search has doubled.
     fn next(&self) -> Option<(usize, f64, usize)> {
         let (fixed, spent, last) = (&self.ladders[0], self.trial as f64, self.ladders.len() - 1);
         let begin = |i: usize, most: usize| Some((i, self.ladders[i].first(self.case, self.tolerance), most));
@@ -228,7 +228,7 @@ impl Search<'_> {
             return climb(i, next);
         }
         let other = all.get(1).map_or(f64::INFINITY, |(_, promise)| promise.cost);
-        Some((i, next.knob, other.min(MOST_EVALUATIONS as f64) as usize))
+        Some((i, next.knob, other.min(spent).min(MOST_EVALUATIONS as f64) as usize))
     }
 
     /// Whether there was no run of controlled steps.
@@ -236,8 +236,8 @@ impl Search<'_> {
         self.ladders.iter().all(|l| !l.controlled || l.unbegun())
     }
 
-    /// What a ladder promises; that of the highest order nothing while its steps diverge. Of the first, where two runs do not tell enough yet, at least as many as what is wanted goes into
-    /// the largest body.
+    /// What a ladder promises; that of the highest order nothing while its steps diverge. Of the first, where two runs do not tell
+    /// enough yet, at least as many as what is wanted goes into the largest body.
     fn promise(&self, i: usize) -> Option<ladder::Promise> {
         let of = &self.ladders[i];
         if i + 1 == self.ladders.len() && !of.any_whole() {
