@@ -1,9 +1,10 @@
 //! Which trees influence one another through constraints, and the constraints of each island.
 
 use super::disjoint_sets::DisjointSets;
-use super::free_bodies::FreeBodies;
+use super::free_bodies::{FreeBodies, Room};
 use super::ties;
-use crate::data::Data;
+use crate::data::{Contact, Data};
+use crate::math::Vec6;
 use crate::model::{Mix, Model};
 
 /// Which trees constraints hold together.
@@ -34,6 +35,21 @@ pub struct Alone {
     pub contact: usize,
     /// Which of the two geoms is the ball.
     pub side: usize,
+}
+
+/// Asks `push` for the acceleration of each ball, of which it writes the contact's forces; in: what a law has for each mix.
+#[inline(always)]
+pub fn push_each<T>(
+    alone: &[Alone],
+    of_mix: &[T],
+    contacts: &mut [Contact],
+    room: &mut Room,
+    push: impl Fn(&T, &Alone, &mut Contact) -> Vec6,
+) {
+    for ball in alone {
+        let contact = &mut contacts[ball.contact];
+        room.acceleration[ball.tree] = push(&of_mix[contact.mix as usize], ball, contact);
+    }
 }
 
 /// Items by group: those of group g are `items[start[g]..start[g + 1]]`, in their old order.

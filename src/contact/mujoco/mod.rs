@@ -20,6 +20,7 @@ use super::cost::Kind;
 use super::describe::{self, Ask, Description};
 use super::impedance;
 use super::island::{Island, Source};
+use super::islands;
 use super::newton::{self, Constraint, Stop};
 use super::per_mix::PerMix;
 use super::{Balls, Law, Lever, Task};
@@ -49,10 +50,7 @@ pub static LAW: Law = Law {
         has: ball::has,
         solve: |task, own, alone, contacts, room| {
             let coefficients = own.get::<PerMix<Coefficients>>().of(task, Coefficients::new);
-            for alone in alone {
-                let contact = &mut contacts[alone.contact];
-                room.acceleration[alone.tree] = ball::push(task, &coefficients[contact.mix as usize], alone, contact);
-            }
+            islands::push_each(alone, coefficients, contacts, room, |own, alone, c| ball::push(task, own, alone, c));
         },
     }),
     friction: |_, mix| mix.friction,
