@@ -1,7 +1,7 @@
 //! How lightly each body and joint moves at `qpos0`: the scale of constraint softness.
 
 use crate::data::Data;
-use crate::dynamics;
+use crate::dynamics::{self, plan};
 use crate::math::{Vec3, Vec6};
 use crate::model::{self, FreeBody, JointKind, Model, Tree};
 
@@ -67,17 +67,10 @@ fn fill_free(model: &mut Model, t: usize, free: &FreeBody) {
     }
 }
 
-/// MuJoCo's `body_simple` 2: one body, its inertial frame its own, joints that slide along axes of that frame.
+/// MuJoCo's `body_simple` 2: [`plan::simple`], and its joints only slide.
 fn slides_simply(model: &Model, tree: &Tree) -> bool {
-    let body = &model.bodies[tree.bodies.start];
-    let along_axis = |axis: &Vec3| axis.iter().filter(|x| **x != 0.0).count() == 1;
-    tree.bodies.len() == 1
-        && body.ipos == Vec3::zeros()
-        && body.iquat.w.abs() == 1.0
-        && model.joints[body.joints.clone()]
-            .iter()
-            .all(|j| j.kind == JointKind::Slide && along_axis(&j.axis) && j.pos == Vec3::zeros())
-        && !inert(model, tree)
+    let joints = &model.joints[model.bodies[tree.bodies.start].joints.clone()];
+    plan::simple(model, tree) && joints.iter().all(|j| j.kind == JointKind::Slide) && !inert(model, tree)
 }
 
 /// Whether a tendon with inertia touches the tree.

@@ -253,8 +253,8 @@ impl Plan {
 
 /// A lone body in the frame of its inertia whose joints are at its origin and along its axes, one of them turning at most.
 ///
-/// Source: MuJoCo 4.0 manual, XML reference › body › simple.
-fn simple(model: &Model, tree: &Tree) -> bool {
+/// Source: MuJoCo 4.0 manual, XML reference › body › simple; by experiment, its parent is the world or stands directly in it.
+pub fn simple(model: &Model, tree: &Tree) -> bool {
     let body = &model.bodies[tree.bodies.start];
     let joints = &model.joints[body.joints.clone()];
     let along_axis = |j: &Joint| j.axis.iter().filter(|x| **x != 0.0).count() == 1;
@@ -265,6 +265,7 @@ fn simple(model: &Model, tree: &Tree) -> bool {
         JointKind::Slide | JointKind::Hinge => j.pos == Vec3::zeros() && along_axis(j),
     };
     tree.bodies.len() == 1
+        && model.bodies[body.parent].parent == 0
         && body.ipos == Vec3::zeros()
         && body.iquat.w.abs() == 1.0
         && joints.iter().all(centred)

@@ -4,6 +4,8 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use penny::model::{Model, Requirements};
 use serde::Deserialize;
 
+use crate::sim::Sim;
+
 #[derive(Deserialize)]
 struct Golden {
     scenes: Vec<Scene>,
@@ -600,4 +602,24 @@ fn gears_and_anchors_of_an_edited_scene_are_those_of_a_fresh_one() {
     close(edited.tendons[0].damping[0], fresh.tendons[0].damping[0]);
     edited.edit(change(0.0)).expect("a change");
     close(edited.dofs[0].armature, 0.1);
+}
+
+/// MuJoCo has a body for simple only where its parent is the world or stands directly in it. Numbers: MuJoCo 4.0.0.
+#[test]
+fn a_body_that_stands_deeper_is_not_simple() {
+    let box_on = |joints: &str| {
+        format!(
+            "<mujoco><option integrator='implicitfast' density='10' viscosity='10'/><worldbody><body><body><body>
+            <joint type='slide' axis='1 0 0' damping='3'/><joint type='slide' axis='0 0 1' armature='3'/>{joints}
+            <geom type='box' size='.1 .2 .3' mass='2'/></body></body></body></worldbody></mujoco>"
+        )
+    };
+    let slides = model("slides", &box_on(""));
+    let weights = [slides.dofs[0].invweight0, slides.dofs[1].invweight0, slides.bodies[3].invweight0[0]];
+    assert!(weights.iter().zip([0.5, 0.2, 0.7 / 3.0]).all(|(w, right)| (w - right).abs() < 1e-15), "{weights:?}");
+    let mut sim = Sim::new(&box_on("<joint axis='0 1 0'/>"));
+    sim.state.qvel.fill(1.0);
+    sim.run(0.1);
+    let right = [0.1329341167430722, 0.19732571462239618, 0.05328551176141764];
+    assert!(sim.state.qvel.iter().zip(right).all(|(v, right)| (v - right).abs() < 1e-12), "{:?}", sim.state.qvel);
 }
