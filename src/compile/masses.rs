@@ -211,8 +211,9 @@ fn weightless_geoms(world: &World, id: usize) -> String {
 pub fn free_body(tree: &Tree, bodies: &[Body], joints: &[Joint], dofs: &[Dof]) -> Option<FreeBody> {
     let root = &bodies[tree.bodies.start];
     let joint = &joints[root.joints.start];
-    let dof = &dofs[tree.dofs.start];
-    let plain = joint.stiffness == 0.0 && dof.damping == 0.0 && dof.armature == 0.0 && dof.frictionloss == 0.0;
+    // A change of the model may give them to one of the six.
+    let bare = |dof: &Dof| dof.damping == 0.0 && dof.armature == 0.0 && dof.frictionloss == 0.0;
+    let plain = joint.stiffness == 0.0 && dofs[tree.dofs.clone()].iter().all(bare);
     if joint.kind != JointKind::Free || tree.dofs.len() != 6 || !plain {
         return None;
     }

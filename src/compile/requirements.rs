@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use crate::collision::collider;
-use crate::model::{GeomKind, Joint, Parts, Requirements};
+use crate::model::{Dof, GeomKind, Joint, Parts, Requirements};
 
 pub fn requirements(model: &Parts) -> Requirements {
     let springs = model.opt.flags.spring;
     let dampers = model.opt.flags.damper;
     let joints = |has: &dyn Fn(&Joint) -> bool| model.joints.iter().filter(|j| has(j)).count();
-    let dof = |joint: &Joint| &model.dofs[joint.dofadr];
+    let any = |joint: &Joint, has: fn(&Dof) -> bool| model.dofs[joint.dofadr..][..joint.kind.nv()].iter().any(has);
     let articulated = model.trees.iter().filter(|t| t.free.is_none());
     let constraint = model.opt.flags.constraint;
     Requirements {
@@ -26,9 +26,9 @@ pub fn requirements(model: &Parts) -> Requirements {
         condim: model.mixes.iter().map(|m| m.condim).max().unwrap_or(0),
         limits: joints(&|j| j.range.is_some() && model.opt.flags.limit && constraint),
         springs: joints(&|j| j.stiffness != 0.0 && springs),
-        dampers: joints(&|j| dof(j).damping != 0.0 && dampers),
-        frictionloss: joints(&|j| dof(j).frictionloss > 0.0 && model.opt.flags.frictionloss && constraint),
-        armature: joints(&|j| dof(j).armature != 0.0),
+        dampers: joints(&|j| dampers && any(j, |d| d.damping != 0.0)),
+        frictionloss: joints(&|j| model.opt.flags.frictionloss && constraint && any(j, |d| d.frictionloss > 0.0)),
+        armature: joints(&|j| any(j, |d| d.armature != 0.0)),
         tendons: model.tendons.len(),
         equalities: if model.opt.flags.equality && constraint { model.equalities.len() } else { 0 },
         actuators: if model.opt.flags.actuation { model.actuators.len() } else { 0 },

@@ -623,3 +623,18 @@ fn a_body_that_stands_deeper_is_not_simple() {
     let right = [0.1329341167430722, 0.19732571462239618, 0.05328551176141764];
     assert!(sim.state.qvel.iter().zip(right).all(|(v, right)| (v - right).abs() < 1e-12), "{:?}", sim.state.qvel);
 }
+
+/// A free joint of a file has one number for all six dofs; a change may give one of them its own. Numbers: exact.
+#[test]
+fn one_dof_of_a_free_joint_can_be_changed() {
+    let xml = "<mujoco><option gravity='0 0 -10'/><worldbody><body><freejoint/><geom size='.1' mass='2'/></body></worldbody></mujoco>";
+    let mut sim = Sim::new(xml);
+    sim.model.edit(|m| (m.dofs[1].damping, m.dofs[2].armature) = (4.0, 3.0)).expect("a change");
+    assert_eq!((sim.model.requires.dampers, sim.model.requires.armature), (1, 1));
+    sim.state.qvel[1] = 1.0;
+    let h = sim.method.timestep;
+    sim.step();
+    // The damper is implicit: (m + h d) a = −d v. The weight, 20 N, moves 5 kg.
+    let right = [0.0, 1.0 - h * 4.0 / (2.0 + h * 4.0), -4.0 * h];
+    assert!(sim.state.qvel.iter().zip(right).all(|(v, right)| (v - right).abs() < 1e-15), "{:?}", sim.state.qvel);
+}
