@@ -251,9 +251,10 @@ impl Plan {
     }
 }
 
-/// A lone body in the frame of its inertia whose joints are at its origin and along its axes, one of them turning at most.
+/// A lone body in the frame of its inertia whose joints are at its origin and along its axes, none but the last of them turning.
 ///
-/// Source: MuJoCo 4.0 manual, XML reference › body › simple; by experiment, its parent is the world or stands directly in it.
+/// Source: MuJoCo 4.0 manual, XML reference › body › simple; by experiment, its parent is the world or stands directly in it, and what
+/// slides comes before what turns.
 pub fn simple(model: &Model, tree: &Tree) -> bool {
     let body = &model.bodies[tree.bodies.start];
     let joints = &model.joints[body.joints.clone()];
@@ -269,7 +270,7 @@ pub fn simple(model: &Model, tree: &Tree) -> bool {
         && body.ipos == Vec3::zeros()
         && body.iquat.w.abs() == 1.0
         && joints.iter().all(centred)
-        && joints.iter().filter(|j| matches!(j.kind, JointKind::Hinge | JointKind::Ball)).count() <= 1
+        && joints.iter().rev().skip(1).all(|j| j.kind == JointKind::Slide)
 }
 
 /// Scalar rows of an equality.
