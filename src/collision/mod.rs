@@ -18,7 +18,7 @@ mod plane;
 pub mod ray;
 mod sphere;
 
-use crate::math::{MIN_VAL, Mat3, Vec3};
+use crate::math::{Mat3, Vec3};
 use crate::model::{GeomKind, Model, Pair};
 use broad_phase::BroadPhase;
 
@@ -186,9 +186,20 @@ pub fn frame(normal: &Vec3, tangent: &Vec3) -> Mat3 {
     let along = t.dot(normal);
     if along != 0.0 {
         t -= normal * along;
-        // A capsule standing upright prescribes its normal as tangent.
-        t = t.try_normalize(MIN_VAL).unwrap_or(Vec3::x());
+        let square = t.norm_squared();
+        t = if square > 1e-6 { t / square.sqrt() } else { short_tangent(&t, normal) };
     }
     let s = normal.cross(&t);
     Mat3::new(normal.x, normal.y, normal.z, t.x, t.y, t.z, s.x, s.y, s.z)
+}
+
+/// t₁ of a tangent that is nearly the normal, as a capsule standing upright prescribes it: of what is left of it, which may be
+/// nothing but rounding and then is not across the normal, or else of the world's x axis.
+///
+/// Source: the x axis by running MuJoCo, which takes it as it is, and rounding, too.
+#[cold]
+fn short_tangent(left: &Vec3, normal: &Vec3) -> Vec3 {
+    let across = |t: Vec3| (t - normal * t.dot(normal)).try_normalize(1e-3);
+    let left = left.try_normalize(1e-12).and_then(across);
+    left.or_else(|| across(Vec3::x())).unwrap_or(Vec3::y())
 }

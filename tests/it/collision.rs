@@ -170,6 +170,44 @@ fn contacts_lie_midway_between_the_surfaces() {
     }
 }
 
+/// A capsule that stands upright on a slope asks for its normal as tangent: of the difference only rounding is left.
+#[test]
+fn tangents_are_across_the_normal_whatever_is_asked_for() {
+    let mut seed = 5;
+    for i in 0..2000 {
+        let normal = if i == 0 { Vec3::x() } else { scatter3(&mut seed).normalize() };
+        let off = scatter3(&mut seed) * 10f64.powi(-(i % 20));
+        let rows = frame(&normal, &(normal + off).normalize());
+        let skew = (rows * rows.transpose() - Mat3::identity()).abs().max();
+        assert!(skew < 1e-12, "{skew:e} with {normal} and {off}");
+    }
+}
+
+/// It slides as it does where the slope is level and gravity is not.
+#[test]
+fn an_upright_capsule_slides_on_a_slope() {
+    let scene = |turned: &str, gravity: &str| {
+        format!(
+            "<mujoco><option gravity='{gravity}' cone='elliptic'/><worldbody><frame {turned}>
+            <geom type='plane' size='9 9 1' friction='.1'/>
+            <body pos='0 0 .1299'><joint type='slide' axis='1 0 0'/><joint type='slide' axis='0 0 1'/>
+            <geom type='capsule' size='.08 .05' friction='.1'/></body></frame></worldbody></mujoco>"
+        )
+    };
+    for law in penny::contact::ALL {
+        for degrees in [3.0f64, 20.0, 41.0, 77.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let level = scene("", &format!("{} 0 {}", 10.0 * sin, -10.0 * cos));
+            let [mut level, mut slope] = [level, scene(&format!("euler='0 {degrees} 0'"), "0 0 -10")]
+                .map(|xml| crate::sim::Sim::law(&xml, law.name));
+            level.run(0.2);
+            slope.run(0.2);
+            let (a, b) = (&level.state.qvel, &slope.state.qvel);
+            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-7), "{} at {degrees}°: {a:?} {b:?}", law.name);
+        }
+    }
+}
+
 /// Turning and moving the whole scene turns and moves its contacts.
 ///
 /// Nearly parallel axes amplify rounding by 1e5 and more; a wrong transform is off by the scene's size.
