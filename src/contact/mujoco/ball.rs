@@ -120,29 +120,30 @@ enum Edges {
 
 /// [`pyramid`] where not all edges push.
 ///
-/// The unknown is u = y + g, with g the largest gⱼ: where friction is tiny and slips, y is nearly −g, and of the difference, R
-/// times a force, few digits would be left.
+/// The unknown is u = y + g, with y = −g where the stiffest of the pairs that push begins to: there y mostly is nearly −g, and of
+/// the difference, R times a force, few digits would be left.
 fn slipping<const PAIRS: usize>(cone: &Cone, x: &[f64; 4], inverse: &[f64; 4]) -> [f64; 4] {
     let (soft, both) = (1.0 / cone.d[0], 2.0 * cone.d[0]);
-    let (mut pull, mut one, mut g) = ([0.0; PAIRS], [0.0; PAIRS], 0.0f64);
+    let (mut pull, mut one) = ([0.0; PAIRS], [0.0; PAIRS]);
     for j in 0..PAIRS {
         let mu = cone.mu[j + 1];
         pull[j] = mu * x[j + 1].abs();
         one[j] = 1.0 / (soft + mu * mu * inverse[j + 1]);
-        g = g.max(pull[j]);
     }
     let (mut edges, mut pushes) = ([Edges::Both; PAIRS], [0.0; PAIRS]);
     // Newton's steps pass each kink once.
     for _ in 0..2 * PAIRS + 2 {
+        // Of each pair the slope, and the −y where it begins.
+        let pieces: [(f64, f64); PAIRS] = std::array::from_fn(|j| match edges[j] {
+            Edges::Neither => (0.0, 0.0),
+            Edges::One => (one[j], pull[j]),
+            Edges::Both => (both, 0.0),
+        });
+        let (_, g) = pieces.iter().fold((0.0, 0.0), |most, piece| if piece.0 > most.0 { *piece } else { most });
         // Slope of Σ Pⱼ, and its value at u = 0.
         let (mut slope, mut start) = (0.0, 0.0);
-        for j in 0..PAIRS {
-            let (own, at_zero) = match edges[j] {
-                Edges::Neither => (0.0, 0.0),
-                Edges::One => (one[j], one[j] * (pull[j] - g)),
-                Edges::Both => (both, -both * g),
-            };
-            (slope, start) = (slope + own, start + at_zero);
+        for (own, from) in pieces {
+            (slope, start) = (slope + own, start + own * (from - g));
         }
         let u = (g - x[0] - inverse[0] * start) / (1.0 + inverse[0] * slope);
         let last = edges;
