@@ -1,7 +1,7 @@
 //! A body whose dofs do not feel one another: a point mass, a box in a plane, a wheel that rolls along a line.
 //!
-//! Its joints slide along different axes of the world, and the last of them may turn it about such an axis through its centre of
-//! mass. Then its inertia matrix is diagonal and never changes, its bias force is its weight, and each dof is one number of
+//! Its joints, one at least, slide along different axes of the world, and the last of them may turn it about such an axis through
+//! its centre of mass. Then its inertia matrix is diagonal and never changes, its bias force is its weight, and each dof is one number of
 //! the motion [v, ω] of its centre of mass:
 //!
 //!     M_d = m + armature (slide),  a · I a + armature (hinge about a)
@@ -49,6 +49,8 @@ impl Uncoupled {
             }
             along.push((first + axis, direction[axis]));
         }
+        // What only turns has its own softness of contacts (`penalty`): of its inverse mass only rounding is left.
+        along.first().filter(|(k, _)| *k < 3)?;
         Some(Uncoupled { along })
     }
 
