@@ -193,8 +193,9 @@ pub fn frame(normal: &Vec3, tangent: &Vec3) -> Mat3 {
     Mat3::new(normal.x, normal.y, normal.z, t.x, t.y, t.z, s.x, s.y, s.z)
 }
 
-/// t₁ of a tangent that is nearly the normal, as a capsule standing upright prescribes it: of what is left of it, which may be
-/// nothing but rounding and then is not across the normal, or else of the world's x axis.
+/// t₁ of a tangent that is nearly the normal, as a capsule standing upright prescribes it: of what is left of it, made to be across the
+/// normal once more, for rounding (1e-16) is up to 1e-4 of what is left; or else, where rounding is all that is left, of the
+/// world's x axis.
 ///
 /// Source: the x axis by running MuJoCo, which takes it as it is, and rounding, too.
 #[cold]

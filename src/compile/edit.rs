@@ -37,10 +37,10 @@ fn invalid<T>(what: impl Into<String>) -> Result<T, Invalid> {
 impl Model {
     /// Changes numbers of the scene; the next step takes them up, under every law.
     ///
-    /// What follows from what was changed is found anew: free bodies from the masses of their bodies, damping and armature that actuators give by their gear, `invweight0`, at `qpos0` lengths of tendons
-    /// and anchors of a `connect` or of a `weld` without `relpose`, the parameters of contacts from those of geoms (a `<pair>` keeps its own),
-    /// bounding spheres, what a step needs. What is derived but changed directly (`mixes`, `invweight0`) stays until what it is derived from
-    /// changes.
+    /// What follows from what was changed is found anew: free bodies from the masses of their bodies, damping and armature that
+    /// actuators give by their gear, `invweight0`, at `qpos0` lengths of tendons and anchors of a `connect` or of a `weld` without
+    /// `relpose`, the parameters of contacts from those of geoms (a `<pair>` keeps its own), bounding spheres, what a step needs. What
+    /// is derived but changed directly (`mixes`, `invweight0`) stays until what it is derived from changes.
     ///
     ///     model.edit(|m| m.opt.gravity.z = -1.62)?;
     ///     model.edit(|m| m.geoms[floor].friction[0] = 0.2)?;
