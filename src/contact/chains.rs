@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use super::block_factor::Shape;
 use super::curvature::Curvature;
-use crate::dynamics::factor::{Entry, Pattern};
+use crate::dynamics::factor::{Entry, Pattern, by_length};
 
 /// Where the rows of one constraint are.
 #[derive(Clone, Copy, Debug, Default)]
@@ -160,9 +160,10 @@ impl Chains {
             for p in (0..x.len()).rev() {
                 let (before, own) = x.split_at_mut(p);
                 let (own, entry) = (&mut own[0], &way[p]);
-                for (x, l) in before.iter_mut().zip(&factor[2 * entry.pair..][..p]) {
+                let l = &factor[2 * entry.pair..][..p];
+                by_length!(p, n => for (x, l) in before[..n].iter_mut().zip(&l[..n]) {
                     (0..W).for_each(|k| x[k] -= l * own[k]);
-                }
+                });
                 own.iter_mut().for_each(|x| *x *= scale[entry.column]);
             }
         }
@@ -285,30 +286,28 @@ fn add_curvature<const W: usize>(
             }
         }
     }
-    let times = |x: &[f64; W]| {
-        let mut out = [0.0; W];
-        for (column, x) in columns.iter().zip(x) {
-            (0..W).for_each(|k| out[k] += column[k] * x);
-        }
-        out
-    };
     let x = numbers.as_chunks::<W>().0;
-    for (p, (own, entry)) in x.iter().zip(way).enumerate() {
-        // H_pq = W_p · C W_q, of a symmetric C as well (C W_p) · W_q
-        let product = times(own);
-        let target = if up.is_empty() { &mut *low } else { &mut *up };
-        for (h, x) in target[2 * entry.pair..][..p + 1].iter_mut().zip(x) {
-            *h += dot(&product, x);
-        }
-    }
     if up.is_empty() {
-        return;
+        add_products(low, x, way, &columns);
+    } else {
+        add_products(up, x, way, &columns);
+        // W_p · (C W_q) = W_q · (Cᵀ W_p)
+        add_products(low, x, way, &std::array::from_fn(|j| std::array::from_fn(|k| columns[k][j])));
     }
-    for (q, x_q) in x.iter().enumerate() {
-        let product = times(x_q);
-        for (own, entry) in x.iter().zip(way).skip(q) {
-            low[2 * entry.pair + q] += dot(&product, own);
+}
+
+/// h_pq += W_q · (C W_p) for q ≤ p, of a C by columns.
+#[inline(always)]
+fn add_products<const W: usize>(h: &mut [f64], x: &[[f64; W]], way: &[Entry], columns: &[[f64; W]; W]) {
+    for (p, (own, entry)) in x.iter().zip(way).enumerate() {
+        let mut product = [0.0; W];
+        for (column, own) in columns.iter().zip(own) {
+            (0..W).for_each(|k| product[k] += column[k] * own);
         }
+        let row = &mut h[2 * entry.pair..][..p + 1];
+        by_length!(p + 1, n => for (h, x) in row[..n].iter_mut().zip(&x[..n]) {
+            *h += dot(&product, x);
+        });
     }
 }
 

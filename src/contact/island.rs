@@ -622,28 +622,6 @@ impl Island {
         self.trace(model, data) + more.sum::<f64>()
     }
 
-    /// Norm of the gradient in the coordinates of the trees, as MuJoCo measures it.
-    pub fn gradient_norm(&mut self, model: &Model, data: &Data) -> f64 {
-        let Island { units, gradient, scale, on_dofs, .. } = self;
-        if on_dofs.is_empty() {
-            on_dofs.push(Vec::new());
-        }
-        let room = &mut on_dofs[0];
-        let mut square = 0.0;
-        for unit in units {
-            let place = unit.at..unit.at + unit.n;
-            let (g, scale) = (&gradient[place.clone()], &scale[place]);
-            if unit.free {
-                square += g.iter().zip(scale).map(|(g, s)| (g / s).powi(2)).sum::<f64>();
-            } else {
-                room.resize(unit.dofs, 0.0);
-                unit_mass::on_dofs(data, &model.trees[unit.tree], scale, g, room);
-                square += room.iter().map(|g| g * g).sum::<f64>();
-            }
-        }
-        square.sqrt()
-    }
-
     /// Row k of J of constraint i over all dofs (nv). Not where constraints act on chains.
     pub fn row_of_dofs(&self, model: &Model, data: &Data, i: usize, k: usize) -> Vec<f64> {
         let mut out = vec![0.0; model.nv];

@@ -138,6 +138,16 @@ fn evaluate_smooth(constraints: &mut [Constraint]) -> Point {
     forces(constraints)
 }
 
+/// Σ s(x) at w = 0, where the constraints are not.
+fn cost_of_smooth(constraints: &[Constraint]) -> f64 {
+    let cost = |c: &Constraint| {
+        let mut x = [0.0; 10];
+        c.cone.spread(&c.at([0.0; 6]), &mut x);
+        c.cone.cost(&x, &mut [0.0; 6]).0
+    };
+    constraints.iter().map(cost).sum()
+}
+
 /// Evaluates all constraints α y further on.
 ///
 /// Where x is but the softness of a stiff contact, R f, its digits would drown in J a and a_ref if it were
@@ -167,38 +177,42 @@ fn forces(constraints: &mut [Constraint]) -> Point {
 
 /// Minimises the cost. On return `w` is the minimum; constraints hold their forces.
 ///
-/// A warm start that is good enough is taken as it is: the cost has at least the curvature M, hence
-/// cost(a) − min ≤ ½ gᵀ M⁻¹ g, and no matrix need be built. (With tolerance 0 nothing is good enough.)
+/// A warm start that is good enough is taken as it is, and no matrix need be built. (With tolerance 0 nothing is good enough.)
 pub fn minimise(task: &Task, island: &mut Island, stop: &Stop) -> Outcome {
     let Task { model, data, .. } = *task;
     island.constraints.iter_mut().for_each(Constraint::begin);
     let scale = 1.0 / island.trace(model, data);
-    let mut norm = None;
+    let mut start = None;
     if stop.warm {
         let from_constraints = evaluate(island).cost;
-        island.take_gradient();
-        let warm_norm = scale * island.gradient_norm(model, data);
-        let square = dot(&island.gradient, &island.gradient);
-        if warm_norm < stop.tolerance && 0.5 * scale * square < stop.tolerance {
-            return Outcome { iterations: 0, residual: warm_norm };
+        let residual = residual(island, scale);
+        if residual < stop.tolerance {
+            return Outcome { iterations: 0, residual };
         }
-        let warm = from_constraints + 0.5 * dot(&island.w, &island.w);
-        let cold = evaluate_smooth(&mut island.constraints).cost;
-        if warm < cold {
-            evaluate(island);
-            norm = Some(warm_norm);
+        if from_constraints + 0.5 * dot(&island.w, &island.w) < cost_of_smooth(&island.constraints) {
+            start = Some(residual);
+        } else {
+            evaluate_smooth(&mut island.constraints);
         }
     } else {
         evaluate_smooth(&mut island.constraints);
     }
     let mut guesses = 0;
-    let norm = norm.unwrap_or_else(|| {
+    let start = start.unwrap_or_else(|| {
         guesses = usize::from(stop.iterations > 0 && guess(task, island));
-        island.take_gradient();
-        scale * island.gradient_norm(model, data)
+        residual(island, scale)
     });
-    let outcome = descend(task, island, &Stop { iterations: stop.iterations - guesses, ..*stop }, scale, norm);
+    let outcome = descend(task, island, &Stop { iterations: stop.iterations - guesses, ..*stop }, scale, start);
     Outcome { iterations: outcome.iterations + guesses, ..outcome }
+}
+
+/// Finds the gradient. Out: its norm over √(trace of M), m/s².
+///
+/// MuJoCo's norm, of the gradient in the coordinates of the dofs and over the trace, is no larger: the trace is at least the largest
+/// eigenvalue of M.
+fn residual(island: &mut Island, scale: f64) -> f64 {
+    island.take_gradient();
+    (scale * dot(&island.gradient, &island.gradient)).sqrt()
 }
 
 /// Where to start without a warm start, at w = 0 or further on: where pyramids slip, at the least cost of the edges alone that
@@ -257,10 +271,10 @@ fn advance(island: &mut Island) -> Point {
 }
 
 /// Newton's method from w, where constraints and gradient have been evaluated.
-fn descend(task: &Task, island: &mut Island, stop: &Stop, scale: f64, mut norm: f64) -> Outcome {
+fn descend(task: &Task, island: &mut Island, stop: &Stop, scale: f64, mut left: f64) -> Outcome {
     let exact = stop.tolerance == 0.0;
     let (mut iterations, mut same, mut last) = (0, false, f64::INFINITY);
-    while iterations < stop.iterations && !(norm < stop.tolerance || norm == 0.0) {
+    while iterations < stop.iterations && !(left < stop.tolerance || left == 0.0) {
         let decrement = step(task, island);
         iterations += 1;
         // Below zero, or small and no longer shrinking on the same pieces of the cost, it is rounding.
@@ -275,8 +289,7 @@ fn descend(task: &Task, island: &mut Island, stop: &Stop, scale: f64, mut norm: 
         {
             point = Point { same: false, ..evaluate_further(back, &mut island.constraints) };
         }
-        island.take_gradient();
-        norm = scale * island.gradient_norm(task.model, task.data);
+        left = residual(island, scale);
         // A full step that stays on quadratic pieces ends at the minimum; to rounding, if the step before did too.
         let arrived = point.same && point.quadratic;
         if (arrived && (same || !exact)) || 0.5 * scale * decrement < stop.tolerance {
@@ -285,7 +298,7 @@ fn descend(task: &Task, island: &mut Island, stop: &Stop, scale: f64, mut norm: 
         same = point.same;
         last = decrement;
     }
-    Outcome { iterations, residual: norm }
+    Outcome { iterations, residual: left }
 }
 
 /// Shortens the full step that has been taken to w + α p, where α minimises the cost along p.

@@ -11,6 +11,7 @@
 
 use super::rows::{Row, SIX};
 use crate::data::{Data, Mover};
+use crate::dynamics::factor::by_length;
 use crate::math::{Vec3, vec3};
 use crate::model::{FreeBody, Model, Tree};
 
@@ -29,10 +30,12 @@ fn multiply(data: &Data, tree: &Tree, scale: &[f64], a: &[f64], smooth: &[f64], 
     let pattern = &data.plan.pattern;
     let change = |k: usize| a[k] - smooth[k];
     for (k, row) in pattern.rows(&tree.dofs).iter().enumerate() {
-        let (l, entries) = (&data.qld[row.entries()], pattern.entries(row));
-        let way = entries.len() - 1;
-        let sum: f64 = l[..way].iter().zip(entries).map(|(l, entry)| l * change(entry.column)).sum();
-        w[k] = (change(k) + sum) / scale[k];
+        let (l, way) = (&data.qld[row.entries()], pattern.beside_diagonal(row));
+        let mut sum = change(k);
+        by_length!(way.len(), n => for (l, entry) in l[..n].iter().zip(&way[..n]) {
+            sum += l * change(entry.column);
+        });
+        w[k] = sum / scale[k];
     }
 }
 
@@ -41,11 +44,11 @@ fn multiply_transposed(data: &Data, tree: &Tree, scale: &[f64], w: &[f64], out: 
     let pattern = &data.plan.pattern;
     out.fill(0.0);
     for (k, row) in pattern.rows(&tree.dofs).iter().enumerate() {
-        let (l, entries) = (&data.qld[row.entries()], pattern.entries(row));
-        let (x, way) = (w[k] / scale[k], entries.len() - 1);
-        for (l, entry) in l[..way].iter().zip(entries) {
+        let (l, way) = (&data.qld[row.entries()], pattern.beside_diagonal(row));
+        let x = w[k] / scale[k];
+        by_length!(way.len(), n => for (l, entry) in l[..n].iter().zip(&way[..n]) {
             out[entry.column] += l * x;
-        }
+        });
         out[k] += x;
     }
 }
@@ -90,10 +93,12 @@ pub fn finish(model: &Model, data: &mut Data, tree: usize, scale: &[f64], smooth
     let x = &mut qacc[t.dofs.clone()];
     // S⁻¹ = L⁻¹ √D⁻¹
     for (k, row) in plan.pattern.rows(&t.dofs).iter().enumerate() {
-        let (l, entries) = (&qld[row.entries()], plan.pattern.entries(row));
-        let way = entries.len() - 1;
-        let sum: f64 = l[..way].iter().zip(entries).map(|(l, entry)| l * x[entry.column]).sum();
-        x[k] = scale[k] * w[k] - sum;
+        let (l, way) = (&qld[row.entries()], plan.pattern.beside_diagonal(row));
+        let mut sum = scale[k] * w[k];
+        by_length!(way.len(), n => for (l, entry) in l[..n].iter().zip(&way[..n]) {
+            sum -= l * x[entry.column];
+        });
+        x[k] = sum;
     }
     x.iter_mut().zip(smooth).for_each(|(x, s)| *x += s);
 }

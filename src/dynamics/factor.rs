@@ -14,7 +14,7 @@ use super::links::NONE;
 /// Does something with a length, compiled for each short one: loops of a known length need not count.
 macro_rules! by_length {
     ($length:expr, $n:ident => $work:expr) => {
-        by_length!($length, $n => $work, 0 1 2 3 4 5 6 7 8)
+        $crate::dynamics::factor::by_length!($length, $n => $work, 0 1 2 3 4 5 6 7 8)
     };
     ($length:expr, $n:ident => $work:expr, $($short:literal)*) => {
         match $length {
@@ -26,6 +26,7 @@ macro_rules! by_length {
         }
     };
 }
+pub(crate) use by_length;
 
 /// Where the entries are: the same for every such matrix of a model.
 #[derive(Clone, Debug, Default)]
@@ -103,6 +104,11 @@ impl Pattern {
     /// The entries of a row.
     pub fn entries(&self, row: &Row) -> &[Entry] {
         &self.entries[row.entries()]
+    }
+
+    /// The entries of a row but the diagonal's.
+    pub fn beside_diagonal(&self, row: &Row) -> &[Entry] {
+        &self.entries[row.beside_diagonal()]
     }
 
     /// The numbers of a tree's matrix.

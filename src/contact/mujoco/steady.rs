@@ -68,9 +68,8 @@ fn last(task: &Task, t: usize) -> Option<Vec6> {
 struct Gradient {
     /// Trace of M, kg.
     trace: f64,
-    /// Its square as a force, and in coordinates of unit mass.
+    /// Its square in coordinates of unit mass.
     square: f64,
-    unit: f64,
 }
 
 impl Gradient {
@@ -84,18 +83,15 @@ impl Gradient {
             None => mover.minv.map(|minv| if minv > 0.0 { 1.0 / minv } else { 0.0 }),
         };
         let off = a - mover.acc - pushed;
-        let gradient = off.component_mul(&mass);
         self.trace += mass.sum();
-        self.square += gradient.norm_squared();
-        self.unit += gradient.dot(&off);
+        self.square += off.component_mul(&mass).dot(&off);
     }
 
     /// The residual, if it is within the tolerance.
     #[inline(always)]
     fn residual(&self, tolerance: f64) -> Option<f64> {
-        let scale = 1.0 / self.trace;
-        let residual = scale * self.square.sqrt();
-        (residual < tolerance && 0.5 * scale * self.unit < tolerance).then_some(residual)
+        let residual = (self.square / self.trace).sqrt();
+        (residual < tolerance).then_some(residual)
     }
 }
 

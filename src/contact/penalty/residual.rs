@@ -247,19 +247,31 @@ pub fn linearise(c: &Constraint) -> (Curvature, [f64; 6]) {
         let e = std::array::from_fn(|k| if k < cone.dim { -(cone.d[k] * x[k] + force[k]) } else { 0.0 });
         return (Curvature::Diagonal(cone.d), e);
     }
-    let (mut e, mut full) = ([0.0; 6], [[0.0; 6]; 6]);
+    let mut e = [0.0; 6];
     if cone.kind == Kind::Dry {
-        match piece.slips[0] {
-            None => (e[0], full[0][0]) = (-d * (x[0] + force[0] / d), d),
-            Some(slip) => e[0] = cone.mu[0] * slip.u[0] - force[0],
+        if let Some(slip) = piece.slips[0] {
+            e[0] = cone.mu[0] * slip.u[0] - force[0];
+            return (Curvature::Zero, e);
         }
-        return (Curvature::Full(full), e);
+        e[0] = -d * (x[0] + force[0] / d);
+        return (Curvature::Diagonal([d, 0.0, 0.0, 0.0, 0.0, 0.0]), e);
     }
     if !piece.pushes {
         (0..cone.dim).for_each(|k| e[k] = -force[k]);
         return (Curvature::Zero, e);
     }
-    (e[0], full[0][0]) = (-d * (x[0] + force[0] / d), d);
+    e[0] = -d * (x[0] + force[0] / d);
+    if piece.slips.iter().all(Option::is_none) {
+        let mut diagonal = [0.0; 6];
+        diagonal[0] = d;
+        for k in (1..cone.dim).filter(|&k| cone.d[k] != 0.0) {
+            diagonal[k] = cone.d[k] * cone.mu[k] * cone.mu[k];
+            e[k] = -diagonal[k] * x[k] - force[k];
+        }
+        return (Curvature::Diagonal(diagonal), e);
+    }
+    let mut full = [[0.0; 6]; 6];
+    full[0][0] = d;
     let next = force[0] + e[0];
     for (slip, group) in piece.slips.iter().zip(cone.groups()) {
         let stiff = cone.d[group.start];
