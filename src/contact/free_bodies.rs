@@ -10,6 +10,7 @@
 //!
 //! and where both move, the sum over the two.
 
+use super::cost::Spread;
 use super::{Lever, Task};
 use crate::collision;
 use crate::data::{Contact, Mover};
@@ -56,8 +57,10 @@ fn alike(a: &Contact, b: &Contact) -> bool {
 pub struct Room {
     /// Accelerations of the movers, if it finds them: m/s², rad/s².
     pub acceleration: Vec<Vec6>,
-    /// What constraint forces add to the accelerations, where that is asked.
+    /// What constraint forces add to the accelerations, where that is asked, or what that is off by.
     pub pushed: Vec<Vec6>,
+    /// D and x of contacts that were evaluated, one after the other.
+    pub tried: Vec<(f64, Spread)>,
     /// How many contacts belong together, one manifold after the other.
     pub manifolds: Vec<usize>,
     /// By how much forces differ from what is asked of them: N, N m.
@@ -69,6 +72,7 @@ impl Room {
     pub fn reserve(&mut self, model: &Model, contacts: usize) {
         self.acceleration.resize(model.trees.len(), Vec6::zeros());
         self.pushed.resize(model.trees.len(), Vec6::zeros());
+        self.tried.reserve(contacts);
         self.manifolds.reserve(contacts);
         self.change.reserve(contacts);
     }

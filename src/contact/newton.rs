@@ -187,6 +187,9 @@ pub fn minimise(task: &Task, island: &mut Island, stop: &Stop) -> Outcome {
         let from_constraints = evaluate(island).cost;
         let residual = residual(island, scale);
         if residual < stop.tolerance {
+            if residual > LEFT * stop.tolerance {
+                lean(island);
+            }
             return Outcome { iterations: 0, residual };
         }
         if from_constraints + 0.5 * dot(&island.w, &island.w) < cost_of_smooth(&island.constraints) {
@@ -213,6 +216,26 @@ pub fn minimise(task: &Task, island: &mut Island, stop: &Stop) -> Outcome {
 fn residual(island: &mut Island, scale: f64) -> f64 {
     island.take_gradient();
     (scale * dot(&island.gradient, &island.gradient)).sqrt()
+}
+
+/// What a warm start that is good enough may leave of the tolerance as it is. More is lessened by a step of steepest descent: else it
+/// would stay while the bodies move on, and grow. Of 1,000 steps of a box at rest, a T and a stack of ten, 102, 84 and 100 then need
+/// a Newton step. With descents from 0, 0.01, 0.1 and 0.3 of the tolerance on box and T need none, the stack 23, 24, 31 and 27, for a
+/// descent in all steps or, with 0.1, in one of ten of the box and T and four of seven of the stack.
+pub const LEFT: f64 = 0.1;
+
+/// A step of steepest descent, −g α, to where the cost is least if no constraint leaves its piece:
+///
+///     α = g·g / (g·g + yᵀ s'' y),     y = W g
+///
+/// Forces stay as they are.
+fn lean(island: &mut Island) {
+    island.p.copy_from_slice(&island.gradient);
+    island.multiply_p(|c, _, product| c.take_y(product));
+    let Island { w, p, constraints, .. } = island;
+    let square = dot(p, p);
+    let second: f64 = constraints.iter().map(|c| c.cone.along(&c.x, &c.y, 0.0).1).sum();
+    w.iter_mut().zip(p).for_each(|(w, p)| *w -= square / (square + second) * *p);
 }
 
 /// Where to start without a warm start, at w = 0 or further on: where pyramids slip, at the least cost of the edges alone that

@@ -92,14 +92,18 @@ impl Coefficients {
         let inverse = inverse * self.slant;
         let least = impedance::least_regularisation(self.implicit, inverse);
         let stiff = 1.0 / (impedance::regularisation(d, inverse) * self.softening).max(least);
+        self.shape(stiff, cone);
+        bias[0] = -self.normal.acceleration(d, r, v[0]);
+        (1..cone.dim).for_each(|j| bias[j] = self.damping * v[j]);
+    }
+
+    /// Fills the cone of a contact. In: D of the normal, kg.
+    #[inline(always)]
+    pub fn shape(&self, stiff: f64, cone: &mut Cone) {
         cone.kind = self.kind;
         cone.mu = self.mu;
         cone.d[0] = stiff;
-        bias[0] = -self.normal.acceleration(d, r, v[0]);
-        for j in 1..cone.dim {
-            cone.d[j] = stiff * self.weight[j];
-            bias[j] = self.damping * v[j];
-        }
+        (1..cone.dim).for_each(|j| cone.d[j] = stiff * self.weight[j]);
     }
 
     /// Whether a contact at that distance only just switches on.
