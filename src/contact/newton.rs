@@ -247,33 +247,34 @@ fn lean(island: &mut Island) {
 /// the ground, takes 6.7 steps with contacts from w = 0 and 2.0 from there.
 fn guess(task: &Task, island: &mut Island) -> bool {
     island.w.fill(0.0);
-    island.curvatures.clear();
-    let (mut cold, mut slips) = (0.0, false);
+    let mut slips = false;
     for i in 0..island.constraints.len() {
         let pyramid = island.constraints[i].cone.kind == Kind::Pyramid;
         let inverse = if pyramid { island.inverse_masses(i) } else { [0.0; 6] };
         let c = &mut island.constraints[i];
         let likely = c.cone.likely(&c.x, &inverse);
         slips |= likely.is_some();
-        let x = likely.as_ref().unwrap_or(&c.x);
-        island.curvatures.push(c.cone.curvature(x));
-        c.cone.cost(x, &mut c.force);
+        c.y = likely.unwrap_or(c.x);
     }
-    if slips {
-        island.add_to_p(|c| &c.force);
-        island.factor(task, Shape::Symmetric);
-        island.divide_p(task);
-        for c in &mut island.constraints {
-            cold += c.cone.cost(&c.x, &mut c.force).0;
-        }
-        let point = advance(island);
-        if point.cost + 0.5 * dot(&island.w, &island.w) < cold {
-            return true;
-        }
-        island.w.fill(0.0);
+    if !slips {
+        return false;
     }
+    island.curvatures.clear();
+    for c in &mut island.constraints {
+        island.curvatures.push(c.cone.curvature(&c.y));
+        c.cone.cost(&c.y, &mut c.force);
+    }
+    island.add_to_p(|c| &c.force);
+    island.factor(task, Shape::Symmetric);
+    island.divide_p(task);
+    let cold: f64 = island.constraints.iter_mut().map(|c| c.cone.cost(&c.x, &mut c.force).0).sum();
+    let point = advance(island);
+    if point.cost + 0.5 * dot(&island.w, &island.w) < cold {
+        return true;
+    }
+    island.w.fill(0.0);
     evaluate_smooth(&mut island.constraints);
-    slips
+    true
 }
 
 /// p = −H⁻¹ g. Out: the Newton decrement gᵀ H⁻¹ g, twice the improvement that a quadratic would give.

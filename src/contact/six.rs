@@ -24,35 +24,35 @@ impl Six {
     /// H += Wᵀ C W of one constraint. Of a symmetric H the upper triangle counts.
     #[inline]
     pub fn add(&mut self, curvature: &Curvature, w: &[Row], shape: Shape) {
-        let mut outer = |row: &Row, product: &Row| match shape {
-            Shape::Symmetric => add_outer::<true>(&mut self.h, row, product),
-            Shape::General => add_outer::<false>(&mut self.h, row, product),
-        };
+        // C W
+        let mut products = [[0.0; SIX]; SIX];
         match curvature {
-            Curvature::Zero => {}
+            Curvature::Zero => return,
             Curvature::Diagonal(d) => {
-                for (row, d) in w.iter().zip(d).filter(|(_, d)| **d != 0.0) {
-                    outer(row, &row.map(|w| d * w));
+                for ((product, row), d) in products.iter_mut().zip(w).zip(d) {
+                    *product = row.map(|w| d * w);
                 }
             }
             Curvature::Arrow { diagonal, first } => {
                 let Some((normal, rest)) = w.split_first() else { return };
                 let mut sum = normal.map(|w| diagonal[0] * w);
-                for ((row, d), f) in rest.iter().zip(&diagonal[1..]).zip(&first[1..]).filter(|((_, d), _)| **d != 0.0) {
-                    (0..SIX).for_each(|i| sum[i] += f * row[i]);
-                    outer(row, &std::array::from_fn(|i| d * row[i] + f * normal[i]));
+                for (k, row) in rest.iter().enumerate().map(|(k, row)| (k + 1, row)) {
+                    (0..SIX).for_each(|i| sum[i] += first[k] * row[i]);
+                    products[k] = std::array::from_fn(|i| diagonal[k] * row[i] + first[k] * normal[i]);
                 }
-                outer(normal, &sum);
+                products[0] = sum;
             }
             Curvature::Full(full) => {
-                for (row, c) in w.iter().zip(full) {
-                    let mut product = [0.0; SIX];
+                for (product, c) in products.iter_mut().zip(full).take(w.len()) {
                     for (row, c) in w.iter().zip(c).filter(|(_, c)| **c != 0.0) {
                         (0..SIX).for_each(|i| product[i] += c * row[i]);
                     }
-                    outer(row, &product);
                 }
             }
+        }
+        match shape {
+            Shape::Symmetric => add_products::<true>(&mut self.h, w, &products),
+            Shape::General => add_products::<false>(&mut self.h, w, &products),
         }
     }
 
@@ -82,14 +82,29 @@ impl Six {
     }
 }
 
-/// H += a bᵀ, in pairs of numbers, as the machine works; of a symmetric H the upper triangle.
+/// H += Σ a bᵀ of rows a and b; of a symmetric H the upper triangle.
 #[inline(always)]
-fn add_outer<const SYMMETRIC: bool>(h: &mut [Row; SIX], a: &Row, b: &Row) {
-    for i in 0..SIX {
-        for j in if SYMMETRIC { i / 2 * 2 } else { 0 }..SIX {
-            h[i][j] += a[i] * b[j];
+fn add_products<const SYMMETRIC: bool>(h: &mut [Row; SIX], a: &[Row], b: &[Row; SIX]) {
+    add_to_two::<0, 0>(h, a, b);
+    if SYMMETRIC {
+        add_to_two::<2, 2>(h, a, b);
+        add_to_two::<4, 4>(h, a, b);
+    } else {
+        add_to_two::<2, 0>(h, a, b);
+        add_to_two::<4, 0>(h, a, b);
+    }
+}
+
+/// The same for two rows of H, which stay in registers, from a column on.
+#[inline(always)]
+fn add_to_two<const ROW: usize, const COLUMN: usize>(h: &mut [Row; SIX], a: &[Row], b: &[Row; SIX]) {
+    let mut two = [h[ROW], h[ROW + 1]];
+    for (a, b) in a.iter().zip(b) {
+        for (i, own) in two.iter_mut().enumerate() {
+            (COLUMN..SIX).for_each(|j| own[j] += a[ROW + i] * b[j]);
         }
     }
+    [h[ROW], h[ROW + 1]] = two;
 }
 
 /// Gauss's elimination; of a symmetric H the upper triangle is read.
