@@ -22,9 +22,9 @@
 use super::Coefficients;
 use super::coefficients::inverse_mass;
 use crate::contact::cost::{Cone, Kind};
-use crate::contact::free_bodies::first;
 use crate::contact::{Task, islands::Alone};
 use crate::data::Contact;
+use crate::dynamics::spatial::{ang, join, lin};
 use crate::math::{Vec3, Vec6};
 use crate::model::{self, Mix, Model};
 
@@ -52,14 +52,19 @@ pub fn push(task: &Task, own: &Coefficients, alone: &Alone, contact: &mut Contac
 #[inline(always)]
 fn push_rows<const DIM: usize>(task: &Task, own: &Coefficients, alone: &Alone, contact: &mut Contact) -> Vec6 {
     let mover = &task.data.movers[task.model.trees[alone.tree].bodies.start];
-    let ball = first::<DIM>(task, contact);
-    let arm = ball.arm(contact);
-    let (v, a) = (ball.motion(&mover.vel).along(&arm), ball.motion(&mover.acc).along(&arm));
+    // Rows n, s, t against the thing that does not move.
+    let frame = if alone.side == 1 { contact.frame } else { -contact.frame };
+    let arm = contact.pos - mover.com;
+    let (w, alpha) = (mover.axes * ang(&mover.vel), mover.axes * ang(&mover.acc));
+    let (v, a) = (frame * (lin(&mover.vel) + w.cross(&arm)), frame * (lin(&mover.acc) + alpha.cross(&arm)));
+    let n = frame.row(0).transpose();
+    let about = |turn: &Vec3| if DIM > 3 { n.dot(turn) } else { 0.0 };
     let (mut cone, mut bias) = (Cone { dim: DIM, ..Cone::default() }, [0.0; 6]);
-    own.fill(contact.dist, inverse_mass(task.model, contact), &v, &mut cone, &mut bias);
-    let x = [a[0] + bias[0], a[1] + bias[1], a[2] + bias[2], a[3] + bias[3]];
+    let inverse = inverse_mass(task.model, contact);
+    own.fill(contact.dist, inverse, &[v.x, v.y, v.z, about(&w), 0.0, 0.0], &mut cone, &mut bias);
+    let x = [a.x + bias[0], a.y + bias[1], a.z + bias[2], about(&alpha) + bias[3]];
     let (per_mass, per_inertia) = (mover.minv[0], mover.minv[3]);
-    let across = per_mass + arm.x * arm.x * per_inertia;
+    let across = per_mass + arm.norm_squared() * per_inertia;
     let inverse = [per_mass, across, across, per_inertia];
     let force = match cone.kind {
         Kind::Ellipse => ellipse(&cone, &x, &inverse),
@@ -68,8 +73,12 @@ fn push_rows<const DIM: usize>(task: &Task, own: &Coefficients, alone: &Alone, c
         _ => [(-x[0] / (per_mass + 1.0 / cone.d[0])).max(0.0), 0.0, 0.0, 0.0],
     };
     contact.force[..4].copy_from_slice(&force);
-    let f = Vec3::new(force[0], force[1], force[2]);
-    mover.acc + ball.acceleration(&f, &(arm.cross(&f) + Vec3::new(force[3], 0.0, 0.0)))
+    let f = frame.tr_mul(&Vec3::new(force[0], force[1], force[2]));
+    let mut torque = arm.cross(&f);
+    if DIM > 3 {
+        torque += n * force[3];
+    }
+    mover.acc + join(&(f * per_mass), &(mover.axes.tr_mul(&torque) * per_inertia))
 }
 
 /// Normal and friction under an elliptic cone.
