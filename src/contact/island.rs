@@ -734,20 +734,21 @@ fn multiply(rows: &Rows, chains: &Chains, chained: bool, v: &[f64], take: impl F
 
 /// Rows of J of a contact for one side that is a free body, in the coordinates of its mover.
 ///
-///     J₀..₂ = ± [n, Aᵀ(r × n)],   J₃..₅ = ± [0, Aᵀn]      with n the rows of the frame, r from the COM, A the axes
+///     J₀..₂ = ± [n, Aᵀr × Aᵀn],   J₃..₅ = ± [0, Aᵀn]      with n the rows of the frame, r from the COM, A the axes
 ///
 /// In: `sign` −1 for the body of geom 0, +1 for that of geom 1.
 #[inline]
 fn free_rows(contact: &Contact, mover: &Mover, sign: f64, point: &Vec3, jac: &mut [Row]) {
-    let lever = point - mover.com;
+    let lever = mover.axes.tr_mul(&(point - mover.com));
+    let frame = contact.frame * sign;
+    let turned = frame * mover.axes;
     let dim = jac.len();
     for (k, row) in jac.iter_mut().enumerate().take(3) {
-        let n = contact.frame.row(k).transpose() * sign;
-        let turn = mover.axes.tr_mul(&lever.cross(&n));
-        *row = [n.x, n.y, n.z, turn.x, turn.y, turn.z];
+        let (n, turn) = (frame.row(k), lever.cross(&turned.row(k).transpose()));
+        *row = [n[0], n[1], n[2], turn.x, turn.y, turn.z];
     }
     for k in 3..dim {
-        let turn = mover.axes.tr_mul(&contact.frame.row(k - 3).transpose()) * sign;
-        jac[k] = [0.0, 0.0, 0.0, turn.x, turn.y, turn.z];
+        let turn = turned.row(k - 3);
+        jac[k] = [0.0, 0.0, 0.0, turn[0], turn[1], turn[2]];
     }
 }

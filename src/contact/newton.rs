@@ -195,9 +195,11 @@ pub fn minimise(task: &Task, island: &mut Island, stop: &Stop) -> Outcome {
         if from_constraints + 0.5 * dot(&island.w, &island.w) < cost_of_smooth(&island.constraints) {
             start = Some(residual);
         } else {
+            island.w.fill(0.0);
             evaluate_smooth(&mut island.constraints);
         }
     } else {
+        island.w.fill(0.0);
         evaluate_smooth(&mut island.constraints);
     }
     let mut guesses = 0;
@@ -241,12 +243,11 @@ fn lean(island: &mut Island) {
 /// Where to start without a warm start, at w = 0 or further on: where pyramids slip, at the least cost of the edges alone that
 /// will then carry force ([`Cone::likely`](super::cost::Cone::likely)). Out: whether a linear system was solved.
 ///
-/// In: constraints evaluated at w = 0. Out: constraints evaluated at `w`.
+/// In: w = 0, and constraints evaluated there. Out: constraints evaluated at `w`.
 ///
 /// Newton's method, which begins with all edges that x violates, drops the others one by one: the tutorial's disk, spinning on
 /// the ground, takes 6.7 steps with contacts from w = 0 and 2.0 from there.
 fn guess(task: &Task, island: &mut Island) -> bool {
-    island.w.fill(0.0);
     let mut slips = false;
     for i in 0..island.constraints.len() {
         let pyramid = island.constraints[i].cone.kind == Kind::Pyramid;

@@ -66,8 +66,11 @@ fn describe(ask: &Ask) -> Description {
 
 fn solve(task: &Task, own: &mut Scratchpad, island: &mut Island) -> Outcome {
     pose(task, own, island);
-    island.guess(task.model, task.data, &task.state.qacc_warmstart);
-    let outcome = newton::minimise(task, island, &stop(task.model));
+    let stop = stop(task.model);
+    if stop.warm {
+        island.guess(task.model, task.data, &task.state.qacc_warmstart);
+    }
+    let outcome = newton::minimise(task, island, &stop);
     if task.model.opt.noslip_iterations > 0 {
         noslip::sweep(task, island);
     }

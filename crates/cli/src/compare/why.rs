@@ -23,6 +23,8 @@ struct Difference {
     bare: f64,
     /// Of joint limits and dry friction, N s or N m s.
     joints: f64,
+    /// Of MuJoCo's forces: what the differences are measured by.
+    size: f64,
     /// Where the laws differ most.
     worst: Option<Worst>,
 }
@@ -40,7 +42,7 @@ struct Worst {
     contacts: usize,
 }
 
-/// Impulses below this are rounding, N s.
+/// Differences below this part of all impulses are rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// Why Penny's run under `method` has left MuJoCo's after `steps` steps: sentences that name cause and measure.
@@ -53,13 +55,13 @@ pub fn reasons(model: &Model, method: &Method, start: &State, steps: usize) -> V
         return reasons;
     }
     let difference = measure(model, method, start, steps);
-    if difference.joints > ROUNDING {
+    if difference.joints > ROUNDING * difference.size {
         reasons.push(match method.contact.joints {
             true => format!("dry friction of joints: {law} stops a joint with it, MuJoCo lets it creep (its R)"),
             false => format!("{}: {law} has none", held(model)),
         });
     }
-    let Some(worst) = difference.worst.filter(|_| difference.all > ROUNDING) else { return reasons };
+    let Some(worst) = difference.worst.filter(|_| difference.all > ROUNDING * difference.size) else { return reasons };
     let friction = (1.0 - difference.bare / difference.all).max(0.0);
     let (time, place) = (si(worst.time, "s"), place(model, &worst.contact));
     let percent = |share: f64| format!("{:.0} % of the difference in force", 100.0 * share);
@@ -112,6 +114,7 @@ fn measure(model: &Model, method: &Method, start: &State, steps: usize) -> Diffe
         if ours.contacts.is_empty() {
             let pairs = ours.qfrc_constraint.iter().zip(&theirs.qfrc_constraint);
             difference.joints += pairs.map(|(a, b)| (a - b).abs()).sum::<f64>() * method.timestep;
+            difference.size += theirs.qfrc_constraint.iter().map(|f| f.abs()).sum::<f64>() * method.timestep;
         } else {
             forward(&slick, method, &state, &mut our_bare);
             forward(&slick, &reference, &state, &mut their_bare);
@@ -135,6 +138,7 @@ impl Difference {
             let force = by(0..1).sqrt() + by(1..3).sqrt() + by(3..6).sqrt() / lever.max(f64::MIN_POSITIVE);
             let impulse = timestep * force;
             self.all += impulse;
+            self.size += timestep * b.force[0].abs();
             if self.worst.as_ref().is_none_or(|w| impulse > w.impulse) {
                 let shares = |c: &&Contact| c.body.iter().any(|&b| moves(model, b) && a.body.contains(&b));
                 let contacts = ours.contacts.iter().filter(shares).count();
