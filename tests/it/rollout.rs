@@ -131,6 +131,28 @@ fn what_was_interrupted_goes_on_and_ends_the_same() {
 }
 
 #[test]
+fn what_is_finished_or_damaged_is_not_gone_on_with() {
+    let folder = folder("finished");
+    let out = folder.join("out.csv");
+    let whole = rows(&out, &["--worlds", "3"]);
+    let refused = |told: &str| {
+        let path = out.to_str().expect("text");
+        let run = penny(&["rollout", "models/box.xml", "--time", "0.1", "--out", path, "--worlds", "9", "--resume"]);
+        assert!(run.status.code() == Some(2) && crate::said(&run).contains(told), "{told}: {}", crate::said(&run));
+        assert_eq!(std::fs::read_to_string(&out).expect("rows"), whole, "{told}");
+    };
+    refused("out.csv is finished");
+    let unfinished = beside(&out, ".unfinished");
+    begun(&out, &[]);
+    std::fs::write(&unfinished, b"\xff\xfe\n").expect("a file");
+    let path = out.to_str().expect("text");
+    let args = ["rollout", "models/box.xml", "--time", "0.1", "--out", path, "--resume"];
+    let run = penny(&[&args[..], &VARY].concat());
+    assert!(run.status.code() == Some(2) && crate::said(&run).contains("its columns"), "{}", crate::said(&run));
+    assert_eq!(std::fs::read(&unfinished).expect("rows"), b"\xff\xfe\n");
+}
+
+#[test]
 fn another_rollout_is_not_gone_on_with() {
     let folder = folder("another");
     let [scene, out, table] = ["box.xml", "out.csv", "table.csv"].map(|name| folder.join(name));

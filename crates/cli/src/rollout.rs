@@ -131,7 +131,7 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         to_parquet(&unfinished.rows, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
         unfinished.remove();
     } else {
-        unfinished.keep(&args.out)?;
+        unfinished.keep()?;
     }
     let ran = plan.worlds - done;
     println!(
