@@ -423,8 +423,7 @@ fn table(path: &Path, model: &Model) -> Result<(Vec<String>, Vec<Vec<f64>>), Fai
             _ => penny::reason(e),
         })
     };
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_path(path).map_err(unread)?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_path(path).map_err(unread)?;
     let names: Vec<String> = reader.headers().map_err(unread)?.iter().map(str::to_owned).collect();
     names.iter().try_for_each(|name| Slot::find(name, model).map(drop)).map_err(wrong)?;
     let mut rows = Vec::new();

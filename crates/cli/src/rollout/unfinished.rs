@@ -81,9 +81,8 @@ impl Unfinished {
         }
         self.recognise(settings)?;
         // Whole lines only: the last one may have been cut.
-        let unread = |e: io::Error| {
-            Failure::Problem(format!("error: cannot read `{}`: {}", path.display(), penny::reason(e)))
-        };
+        let unread =
+            |e: io::Error| Failure::Problem(format!("error: cannot read `{}`: {}", path.display(), penny::reason(e)));
         let mut reader = BufReader::new(File::open(path).map_err(unread)?);
         let (mut line, mut length, mut rows) = (Vec::new(), 0, 0);
         while reader.read_until(b'\n', &mut line).map_err(unread)? > 0 && line.ends_with(b"\n") {
