@@ -605,3 +605,14 @@ fn explain_has_no_numbers_that_are_none() {
         assert!(run.status.success() && wrong.is_none(), "{args:?}: {said}");
     }
 }
+
+#[test]
+fn a_picture_is_of_the_time_that_was_asked_for() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("at.png");
+    let path = path.to_str().expect("text");
+    for (more, told) in [(&["--time", "0.013"][..], "13 steps"), (&["--time", "0.013", "--from", "0.01"], "23 steps")] {
+        let args = ["render", "models/box.xml", "--size", "16x16", "-o", path];
+        let said = crate::said(&penny(&[&args[..], more].concat()));
+        assert_has(&said, &["one picture", told]);
+    }
+}
