@@ -119,12 +119,13 @@ fn fill_articulated(model: &mut Model, t: usize, data: &Data) {
     }
 }
 
-/// Errors: the first dof whose pivot is nothing but rounding.
+/// Errors: the last dof whose pivot is nothing but rounding. M is factored from the last dof on, so that nothing is known of
+/// those before it.
 fn check_pivots(tree: &Tree, data: &Data) -> Result<(), usize> {
     let rows = data.plan.pattern.rows(&tree.dofs);
     // The factor holds the inverse of each pivot.
     let sound = |at: usize| 1.0 / data.qld[at] > 1e-13 * data.qm_rows[at];
-    match rows.iter().position(|row| !sound(row.diagonal())) {
+    match rows.iter().rposition(|row| !sound(row.diagonal())) {
         Some(i) => Err(tree.dofs.start + i),
         None => Ok(()),
     }

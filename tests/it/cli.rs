@@ -582,3 +582,37 @@ fn explain_tells_tendons_and_equalities_as_springs() {
     assert_has(&bar, &["Tendons and equalities", "connect"]);
     assert!(!says(&["explain", "models/arm.xml"], 0).contains("Tendons and equalities"));
 }
+
+#[test]
+fn explain_has_no_numbers_that_are_none() {
+    // Pressed by a spring, without a weight.
+    let pressed = scene(
+        "pressed.xml",
+        "<mujoco><option gravity='0 0 0'/><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 0.1'>\
+           <joint type='slide' axis='0 0 1' stiffness='100' springref='-0.1' damping='5'/><geom size='0.1'/>\
+         </body></worldbody></mujoco>",
+    );
+    let pressed = pressed.to_str().expect("text");
+    for args in [
+        &["models/box.xml", "--solref", "0 0"][..],
+        &["models/box.xml", "--solref", "0 -5"],
+        &["models/box.xml", "--solref", "0 -5", "--all"],
+        &[pressed, "--all"],
+    ] {
+        let run = penny(&[&["explain"], args].concat());
+        let said = crate::said(&run);
+        let wrong = said.split_whitespace().find(|word| ["NaN", "inf", "-inf"].contains(word));
+        assert!(run.status.success() && wrong.is_none(), "{args:?}: {said}");
+    }
+}
+
+#[test]
+fn a_picture_is_of_the_time_that_was_asked_for() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("at.png");
+    let path = path.to_str().expect("text");
+    for (more, told) in [(&["--time", "0.013"][..], "13 steps"), (&["--time", "0.013", "--from", "0.01"], "23 steps")] {
+        let args = ["render", "models/box.xml", "--size", "16x16", "-o", path];
+        let said = crate::said(&penny(&[&args[..], more].concat()));
+        assert_has(&said, &["one picture", told]);
+    }
+}

@@ -131,6 +131,28 @@ fn what_was_interrupted_goes_on_and_ends_the_same() {
 }
 
 #[test]
+fn what_is_finished_or_damaged_is_not_gone_on_with() {
+    let folder = folder("finished");
+    let out = folder.join("out.csv");
+    let whole = rows(&out, &["--worlds", "3"]);
+    let refused = |told: &str| {
+        let path = out.to_str().expect("text");
+        let run = penny(&["rollout", "models/box.xml", "--time", "0.1", "--out", path, "--worlds", "9", "--resume"]);
+        assert!(run.status.code() == Some(2) && crate::said(&run).contains(told), "{told}: {}", crate::said(&run));
+        assert_eq!(std::fs::read_to_string(&out).expect("rows"), whole, "{told}");
+    };
+    refused("out.csv is finished");
+    let unfinished = beside(&out, ".unfinished");
+    begun(&out, &[]);
+    std::fs::write(&unfinished, b"\xff\xfe\n").expect("a file");
+    let path = out.to_str().expect("text");
+    let args = ["rollout", "models/box.xml", "--time", "0.1", "--out", path, "--resume"];
+    let run = penny(&[&args[..], &VARY].concat());
+    assert!(run.status.code() == Some(2) && crate::said(&run).contains("its columns"), "{}", crate::said(&run));
+    assert_eq!(std::fs::read(&unfinished).expect("rows"), b"\xff\xfe\n");
+}
+
+#[test]
 fn another_rollout_is_not_gone_on_with() {
     let folder = folder("another");
     let [scene, out, table] = ["box.xml", "out.csv", "table.csv"].map(|name| folder.join(name));
@@ -199,6 +221,7 @@ fn what_cannot_be_varied_is_told() {
     for (vary, told) in [
         ("qvel[9]=1..2", "numbers"),
         ("qvel[nobody]=1..2", "no joint `nobody`"),
+        ("friction[]=1..2", "no geom ``"),
         ("mass[crate]=1..2", "no body `crate`"),
         ("friction[x]=1..2", "no geom `x`"),
         ("colour=1..2", "cannot be varied"),
@@ -221,6 +244,27 @@ fn what_cannot_be_varied_is_told() {
         assert!(crate::said(&run).contains(told), "{vary}: {}", crate::said(&run));
         assert!(!std::path::Path::new(&format!("{out}.unfinished")).exists(), "{vary}: something is left behind");
     }
+}
+
+/// As `--key` has it.
+#[test]
+fn a_name_that_is_a_number_comes_before_an_index() {
+    let folder = folder("numbers");
+    let [scene, out] = ["scene.xml", "out.csv"].map(|name| folder.join(name));
+    let body = |name: &str| format!("<body><joint name='{name}' type='slide'/><geom size='1' contype='0'/></body>");
+    let text = format!("<mujoco><worldbody>{}{}{}</worldbody></mujoco>", body("1"), body("0"), body("x"));
+    std::fs::write(&scene, text).expect("a scene");
+    let [scene, to] = [&scene, &out].map(|path| path.to_str().expect("text"));
+    let vary = ["qvel[1]=1..1", "qvel[0]=2..2", "qvel[2]=3..3"].map(|vary| ["--vary", vary]).concat();
+    let args = ["rollout", scene, "--worlds", "1", "--gravity", "0 0 0", "--steps", "1", "--out", to];
+    let run = penny(&[&args[..], &vary].concat());
+    assert!(run.status.success(), "{}", crate::said(&run));
+    let text = std::fs::read_to_string(&out).expect("rows");
+    let cell = |name: &str| {
+        let [names, row] = [0, 1].map(|line| text.lines().nth(line).expect("a line").split(',').collect::<Vec<_>>());
+        row[names.iter().position(|n| *n == name).expect("a column")].parse::<f64>().expect("a number")
+    };
+    assert_eq!(["qvel0", "qvel1", "qvel2"].map(cell), [1.0, 2.0, 3.0]);
 }
 
 /// Runs a rollout of models/box.xml that is refused at once, and leaves nothing.
@@ -258,6 +302,9 @@ fn a_table_has_numbers_that_mean_something() {
         ("solref[box]\n0.1\n-1\n", "row 2: solref[box]: -1: the time constant"),
         ("mass[box]\n0\n", "row 1: mass[box]: 0: the mass"),
         ("mass[world]\n1\n", "the world does not move"),
+        ("qvel[0];qvel[1]\n1;2\n", "table.csv: `qvel[0];qvel[1]`"),
+        ("world,qvel[0]\n0,1\n", "table.csv: `world` cannot be varied"),
+        ("qvel[0],qvel[1]\n1,2\n3\n", "table.csv: row 2 has 1 cell, but the table 2 columns"),
     ] {
         std::fs::write(&table, text).expect("a table");
         let [listed, to] = [&table, &out].map(|path| path.to_str().expect("text"));

@@ -260,6 +260,16 @@ fn laws_differ_where_nothing_touches_but_something_is_tied() {
 }
 
 #[test]
+fn what_is_named_twice_is_swept_once() {
+    let out = folder("twice");
+    let args = ["sweep", "models/box.xml", "--time", "0.01", "--timesteps", "1e-3,1e-3", "--laws", "tutorial,tutorial"];
+    let output = penny(&[&args[..], &["--integrators", "rk4,rk4", "--out", out.to_str().expect("UTF-8")]].concat());
+    assert!(output.status.success(), "{}", crate::said(&output));
+    let text = std::fs::read_to_string(out.join("sweep.csv")).expect("rows");
+    assert_eq!(text.lines().count(), 2, "{text}");
+}
+
+#[test]
 fn a_sweep_says_what_its_numbers_are_worth() {
     let folder = folder("worth");
     let out = folder.join("out");

@@ -90,8 +90,8 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
         );
     }
     print!("{}", in_a_row(&model, &start));
-    if whole && !groups.is_empty() {
-        print!("\n{}", mappings(&model, &method, &groups[0]));
+    if whole && let Some(group) = groups.first() {
+        print!("{}", mappings(&model, &method, group));
     }
     let trial = budget();
     let text = trial_run(&model, &method, &trial);
@@ -117,14 +117,15 @@ fn under_load(model: &Model, method: &Method, group: &[Touch], loads: &Loads) ->
     if load == 0.0 || (load / own - 1.0).abs() < 0.05 {
         return String::new();
     }
+    // Without gravity there is none.
+    let times = if own > 0.0 { format!(", {} times its own weight", short(load / own)) } else { String::new() };
     let depth = explain::depth_under(model, method, touch, load);
     let depth =
         depth.map_or_else(String::new, |depth| format!(": {} deep under {}", si(depth, "m"), method.contact.name));
     format!(
-        "  it carries {} once the scene has settled ({} of simulated time), {} times its own weight{depth}\n",
+        "  it carries {} once the scene has settled ({} of simulated time){times}{depth}\n",
         si(load, "N"),
-        si(loads.seconds, "s"),
-        short(load / own)
+        si(loads.seconds, "s")
     )
 }
 
@@ -243,7 +244,7 @@ pub fn springs(model: &Model, method: &Method, touches: &[Touch]) -> Vec<String>
             si(spring.k, "N/m"),
             si(spring.c, "N s/m"),
             si(spring.omega(), "rad/s"),
-            short(spring.zeta()),
+            defined(spring.zeta(), &short),
             if own.is_some() { "" } else { " (measured at rest; the law gives no formula)" }
         )
     };
@@ -378,6 +379,11 @@ fn meaning(model: &Model, method: &Method, asked: &MethodArgs, group: &[Touch]) 
     text
 }
 
+/// A number of a contact, or none: without stiffness it has no damping ratio, no restitution and no depth at rest.
+fn defined(x: f64, write: &dyn Fn(f64) -> String) -> String {
+    if x.is_finite() { write(x) } else { "none".to_owned() }
+}
+
 /// Marks what is measured since the law gives no formula.
 const MEASURED: char = '*';
 
@@ -386,17 +392,17 @@ pub fn column(model: &Model, method: &Method, touch: &Touch) -> [String; 9] {
     let Meaning { formulas, measured } = explain::meaning(model, method, touch, SLOPE.to_radians());
     // A number by formula, else as measured, else none.
     let cell = |formula: Option<f64>, shown: Option<f64>, write: &dyn Fn(f64) -> String| match (formula, shown) {
-        (Some(x), _) => write(x),
-        (None, Some(x)) => format!("{} {MEASURED}", write(x)),
+        (Some(x), _) => defined(x, write),
+        (None, Some(x)) => format!("{} {MEASURED}", defined(x, write)),
         (None, None) => "no formula".to_owned(),
     };
     let of_spring = |get: fn(&Spring) -> f64, write: &dyn Fn(f64) -> String| {
         cell(formulas.springs.map(|[rest, _]| get(&rest)), measured.map(|m| get(&m.spring)), write)
     };
     let creep = match formulas.creep {
-        Some(Creep::Slides) => "slides".to_owned(),
         Some(Creep::Sticks) => "none".to_owned(),
-        Some(Creep::At(v)) => si(v, "m/s"),
+        Some(Creep::At(v)) if v.is_finite() => si(v, "m/s"),
+        Some(Creep::Slides | Creep::At(_)) => "slides".to_owned(),
         None => "no formula".to_owned(),
     };
     let each_point = formulas.each_point || formulas.springs.is_none();
@@ -569,6 +575,9 @@ fn total_spring(model: &Model, method: &Method, touch: &Touch) -> Spring {
 /// What the tutorial's formula for solref would have made of the tutorial's k and c.
 fn mapping(model: &Model, method: &Method, touch: &Touch) -> String {
     let spring = total_spring(model, method, touch);
+    if spring.k == 0.0 {
+        return "  without stiffness it holds no weight; no timeconst means that\n".to_owned();
+    }
     if spring.c == 0.0 {
         return format!(
             "  solref for k = {} without damping: \"-{} 0\", which is -k/m and -c/m; no timeconst means it\n",
@@ -602,9 +611,12 @@ fn mapping(model: &Model, method: &Method, touch: &Touch) -> String {
     text
 }
 
-/// The tutorial's formula for `solref` beside the right one, over damping ratios.
+/// The tutorial's formula for `solref` beside the right one, over damping ratios; nothing where there is no stiffness.
 fn mappings(model: &Model, method: &Method, group: &[Touch]) -> String {
     let spring = total_spring(model, method, &group[0]);
+    if spring.k == 0.0 {
+        return String::new();
+    }
     let own = spring.zeta();
     let mut ratios = vec![0.2, 1.0, 3.0];
     ratios.retain(|ratio| (ratio - own).abs() > 1e-3);
@@ -629,7 +641,7 @@ fn mappings(model: &Model, method: &Method, group: &[Touch]) -> String {
         ]);
     }
     format!(
-        "The tutorial's solref is right at a damping ratio ζ of 1 only. For m = {}, k = {} ({}):\n\n{}",
+        "\nThe tutorial's solref is right at a damping ratio ζ of 1 only. For m = {}, k = {} ({}):\n\n{}",
         si(spring.mass * 1e3, "g"),
         si(spring.k, "N/m"),
         names(model, group),

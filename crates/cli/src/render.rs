@@ -85,7 +85,9 @@ pub fn render(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Usage(why));
     }
     let duration = args.time.or(recorded.map(|all| all - from)).unwrap_or(DEFAULT_TIME);
-    let fps = args.fps.unwrap_or(format.usual_fps());
+    // Of a single picture the second frame is the end, whatever the time.
+    let usual = if format == Format::Png { args.speed / duration } else { format.usual_fps() };
+    let fps = args.fps.unwrap_or(usual);
     let film = film(args, &session, fps)?;
     let whole = recorded.is_some() && args.time.is_none();
     let frames = if whole { film.frames_to_end(duration) } else { film.frames(duration) };

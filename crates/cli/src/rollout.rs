@@ -131,7 +131,7 @@ pub fn rollout(args: &Args) -> Result<(), Failure> {
         to_parquet(&unfinished.rows, &args.out).map_err(|e| files::cannot_write(&args.out, &e))?;
         unfinished.remove();
     } else {
-        unfinished.keep(&args.out)?;
+        unfinished.keep()?;
     }
     let ran = plan.worlds - done;
     println!(
@@ -261,7 +261,7 @@ impl Plan {
                 (names, args.worlds.unwrap_or(WORLDS), Values::Random { ranges, seed: args.seed })
             }
             Some(path) => {
-                let (names, rows) = table(path)?;
+                let (names, rows) = table(path, base.model())?;
                 (names, rows.len(), Values::Table(rows))
             }
         };
@@ -414,18 +414,28 @@ impl Plan {
 
 /// The names and rows of a table.
 ///
-/// Errors: it cannot be read, a row has another length, or a cell is no number.
-fn table(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Failure> {
+/// Errors: it cannot be read, a name is of nothing that can be varied, a row has another length, or a cell is no number.
+fn table(path: &Path, model: &Model) -> Result<(Vec<String>, Vec<Vec<f64>>), Failure> {
     let wrong = |why: String| Failure::Problem(format!("error: --table {}: {why}", path.display()));
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| wrong(e.to_string()))?;
-    let names: Vec<String> = reader.headers().map_err(|e| wrong(e.to_string()))?.iter().map(str::to_owned).collect();
+    let unread = |e: csv::Error| {
+        wrong(match e.kind() {
+            csv::ErrorKind::Utf8 { .. } => "it is not text in UTF-8".to_owned(),
+            _ => penny::reason(e),
+        })
+    };
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_path(path).map_err(unread)?;
+    let names: Vec<String> = reader.headers().map_err(unread)?.iter().map(str::to_owned).collect();
+    names.iter().try_for_each(|name| Slot::find(name, model).map(drop)).map_err(wrong)?;
     let mut rows = Vec::new();
     for (line, record) in reader.records().enumerate() {
-        let record = record.map_err(|e| wrong(e.to_string()))?;
+        let (row, record) = (line + 1, record.map_err(unread)?);
+        if record.len() != names.len() {
+            let (cells, columns) = (count(record.len(), "cell", "cells"), count(names.len(), "column", "columns"));
+            return Err(wrong(format!("row {row} has {cells}, but the table {columns}")));
+        }
         let number = |(name, cell): (&String, &str)| match cell.parse::<f64>() {
             Ok(x) if x.is_finite() => Ok(x),
-            _ => Err(wrong(format!("row {}: {name}: `{cell}` is not a finite number", line + 1))),
+            _ => Err(wrong(format!("row {row}: {name}: `{cell}` is not a finite number"))),
         };
         rows.push(names.iter().zip(&record).map(number).collect::<Result<_, _>>()?);
     }

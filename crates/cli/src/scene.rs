@@ -279,7 +279,7 @@ pub fn clamped_controls(model: &Model, state: &State) -> String {
 }
 
 fn apply_key(model: &Model, key: &str, state: &mut State) -> Result<(), Failure> {
-    let by_name = model.keyframes.iter().find(|k| k.name == key);
+    let by_name = model.keyframes.iter().find(|k| k.name == key && !key.is_empty());
     let by_index = || key.parse::<usize>().ok().and_then(|i| model.keyframes.get(i));
     let Some(found) = by_name.or_else(by_index) else {
         let has = if model.keyframes.is_empty() { "it has none".into() } else { format!("it has {}", keys(model)) };

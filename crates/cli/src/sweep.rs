@@ -116,6 +116,11 @@ fn cells(text: &str) -> Result<usize, String> {
     scene::at_least_one(text).ok().filter(|n| *n <= MOST_CELLS).ok_or(format!("must be from 1 to {MOST_CELLS}"))
 }
 
+/// A name that is given twice is swept once.
+fn each_once(names: &[String]) -> impl Iterator<Item = &String> {
+    names.iter().enumerate().filter(|(i, name)| !names[..*i].contains(name)).map(|(_, name)| name)
+}
+
 const MOST_TIMESTEPS: usize = 1000;
 /// Of one run; its truth takes some times as many.
 const MOST_STEPS: f64 = 1e10;
@@ -124,7 +129,7 @@ const MOST_CELLS: usize = 1000;
 
 impl Args {
     fn laws(&self, model: &Model) -> Vec<&'static Law> {
-        let named = self.laws.iter().filter_map(|name| contact::by_name(name));
+        let named = each_once(&self.laws).filter_map(|name| contact::by_name(name));
         let all = self.laws.is_empty() || self.laws.iter().any(|name| name == "all");
         let mut laws: Vec<_> = if all { contact::ALL.to_vec() } else { named.collect() };
         // Without contacts the laws are one and the same.
@@ -190,7 +195,7 @@ impl Args {
     }
 
     fn integrators(&self) -> Vec<&'static Integrator> {
-        let named: Vec<_> = self.integrators.iter().filter_map(|name| integrate::by_name(name)).collect();
+        let named: Vec<_> = each_once(&self.integrators).filter_map(|name| integrate::by_name(name)).collect();
         if named.is_empty() { integrate::ALL.to_vec() } else { named }
     }
 

@@ -146,7 +146,8 @@ fn line(
     let ratio = load / (lighter * explain::weight(model));
     if let Some(depth) = depth.filter(|depth| *depth > DEEP * size) {
         let mix = &model.mixes[touch.mix];
-        let why = if ratio > RATIO {
+        // Without gravity the load is no weight.
+        let why = if ratio > RATIO && ratio.is_finite() {
             format!(" (mass ratio {} : 1; stiffness follows the lighter one)", short(ratio))
         } else {
             String::new()
@@ -161,15 +162,17 @@ fn line(
             format!("the depth of {name}: {} under its load of {}{why}{cure}", si(depth, "m"), si(load, "N")),
         );
     }
+    // Without stiffness there is no damping ratio, no restitution and no depth at rest.
+    let known = |x: &f64| x.is_finite();
     let cells = vec![
         name.clone(),
         cell(spring.map(|s| si(s.k, "N/m"))),
         cell(spring.map(|s| si(s.c, "N s/m"))),
         cell(spring.map(|s| si(s.omega(), "rad/s"))),
-        cell(spring.map(|s| short(s.zeta()))),
-        cell(formulas.restitution.map(short)),
+        cell(spring.map(|s| s.zeta()).filter(known).map(short)),
+        cell(formulas.restitution.filter(known).map(short)),
         if load > 0.0 { si(load, "N") } else { "none".to_owned() },
-        cell(depth.map(|d| si(d, "m"))),
+        cell(depth.filter(known).map(|d| si(d, "m"))),
         stable(limit),
     ];
     [cells, origin(model, touch).map(|origin| format!("{name}: {origin}")).into_iter().collect()]

@@ -29,6 +29,7 @@ const TABLE: &str = "table";
 
 /// The two files beside the one to be.
 pub struct Unfinished {
+    out: PathBuf,
     pub rows: PathBuf,
     settings: PathBuf,
 }
@@ -37,12 +38,13 @@ impl Unfinished {
     pub fn of(out: &Path) -> Unfinished {
         let name = out.file_name().unwrap_or_default().to_string_lossy();
         let rows = out.with_file_name(format!("{name}.unfinished"));
-        Unfinished { rows, settings: out.with_file_name(format!("{name}.unfinished.json")) }
+        Unfinished { out: out.to_owned(), rows, settings: out.with_file_name(format!("{name}.unfinished.json")) }
     }
 
     /// The rows, begun anew or to be gone on with, and how many worlds they have.
     ///
-    /// Errors: they cannot be written; there are some and nobody said what is to become of them; they are of another rollout.
+    /// Errors: they cannot be read or written; there are some and nobody said what is to become of them; they are of another
+    /// rollout; all that is to be continued is finished.
     pub fn open(
         &self,
         settings: &Value,
@@ -53,6 +55,14 @@ impl Unfinished {
         let path = &self.rows;
         let cannot = |e: io::Error| files::cannot_write(path, &e);
         if !path.exists() {
+            if resume && self.out.exists() {
+                let why = format!(
+                    "error: {} is finished, so there is nothing to continue: leave --resume out to replace it, or name another \
+                     --out",
+                    self.out.display()
+                );
+                return Err(Failure::Usage(why));
+            }
             // The settings first: there are no rows without, whenever this ends.
             draft::write(&self.settings, format!("{settings:#}\n"))
                 .map_err(|e| files::cannot_write(&self.settings, &e))?;
@@ -71,10 +81,15 @@ impl Unfinished {
         }
         self.recognise(settings)?;
         // Whole lines only: the last one may have been cut.
-        let mut reader = BufReader::new(File::open(path).map_err(cannot)?);
-        let (mut line, mut length, mut rows) = (String::new(), 0, 0);
-        while reader.read_line(&mut line).map_err(cannot)? > 0 && line.ends_with('\n') {
-            let right = if length == 0 { line.trim_end() == header } else { line.starts_with(&format!("{rows},")) };
+        let unread =
+            |e: io::Error| Failure::Problem(format!("error: cannot read `{}`: {}", path.display(), penny::reason(e)));
+        let mut reader = BufReader::new(File::open(path).map_err(unread)?);
+        let (mut line, mut length, mut rows) = (Vec::new(), 0, 0);
+        while reader.read_until(b'\n', &mut line).map_err(unread)? > 0 && line.ends_with(b"\n") {
+            let right = match length {
+                0 => line.trim_ascii_end() == header.as_bytes(),
+                _ => line.starts_with(format!("{rows},").as_bytes()),
+            };
             if !right {
                 return Err(self.another("its columns or worlds are different"));
             }
@@ -123,8 +138,8 @@ impl Unfinished {
     }
 
     /// The rows are the result.
-    pub fn keep(&self, out: &Path) -> Result<(), Failure> {
-        fs::rename(&self.rows, out).map_err(|e| files::cannot_write(out, &e))?;
+    pub fn keep(&self) -> Result<(), Failure> {
+        fs::rename(&self.rows, &self.out).map_err(|e| files::cannot_write(&self.out, &e))?;
         self.remove();
         Ok(())
     }

@@ -4,7 +4,7 @@ use super::{bodies, named};
 use crate::format::{short, si};
 use crate::scene::MOST_STEPS;
 use penny::Simulation;
-use penny::model::{JointKind, Model};
+use penny::model::{Joint, Model};
 use penny_lab::names;
 use penny_view::random;
 
@@ -60,7 +60,8 @@ impl Slot {
         let needed = |what: &str| key.ok_or_else(|| format!("`{kind}` needs {what} in brackets, such as {kind}[0]"));
         let entry = |what: &str, len: usize, name: &dyn Fn(usize) -> String, has: String| {
             let key = needed(what)?;
-            let found = key.parse().ok().filter(|i| *i < len).or_else(|| (0..len).find(|&i| name(i) == key));
+            let by_index = || key.parse().ok().filter(|i| *i < len);
+            let found = (0..len).find(|&i| name(i) == key && !key.is_empty()).or_else(by_index);
             found.ok_or_else(|| format!("`{text}`: the scene has no {what} `{key}`; {has}"))
         };
         let geom = |_: &str| {
@@ -173,24 +174,26 @@ fn geoms(one: Option<usize>, model: &Model) -> std::ops::Range<usize> {
     one.map_or(0..model.geoms.len(), |g| g..g + 1)
 }
 
-/// A place in qpos or qvel: by number, or by the name of a joint that has one number.
+/// A place in qpos or qvel: by the name of a joint that has one number, or by number.
 fn coordinate(text: &str, key: &str, model: &Model, position: bool) -> Result<usize, String> {
     let len = if position { model.nq } else { model.nv };
+    let first = |joint: &Joint| if position { joint.qposadr } else { joint.dofadr };
+    let named_so = || model.joints.iter().filter(|j| j.name == key && !key.is_empty());
+    if let Some(joint) = named_so().find(|j| j.kind.nv() == 1) {
+        return Ok(first(joint));
+    }
     if let Ok(i) = key.parse::<usize>() {
         return if i < len { Ok(i) } else { Err(format!("`{text}`: the scene has {len} numbers, from 0 on")) };
     }
-    let found = model.joints.iter().find(|j| j.name == key);
-    let joint = found.ok_or_else(|| {
-        let has = named(model.joints.iter().map(|j| j.name.clone()).filter(|n| !n.is_empty()));
-        format!("`{text}`: the scene has no joint `{key}`; {has}")
-    })?;
-    match joint.kind {
-        JointKind::Slide | JointKind::Hinge => Ok(if position { joint.qposadr } else { joint.dofadr }),
-        JointKind::Ball | JointKind::Free => {
-            let first = if position { joint.qposadr } else { joint.dofadr };
-            Err(format!("`{text}`: `{key}` has several numbers, from {first} on: name one by its index"))
+    Err(match named_so().next() {
+        Some(joint) => {
+            format!("`{text}`: `{key}` has several numbers, from {} on: name one by its index", first(joint))
         }
-    }
+        None => {
+            let has = named(model.joints.iter().map(|j| j.name.clone()).filter(|n| !n.is_empty()));
+            format!("`{text}`: the scene has no joint `{key}`; {has}")
+        }
+    })
 }
 
 /// A number from 0 to 1 that belongs to a seed, a world and a place.

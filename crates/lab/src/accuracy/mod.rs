@@ -88,6 +88,9 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let why =
             if self.stuck { "finer steps no longer come nearer to one another" } else { "the search's time is over" };
+        if self.reached.is_infinite() {
+            return write!(f, "{why}, and of no method is the error known");
+        }
         write!(f, "{why}; the best was {} with an error of about {:.1e} m", self.by, self.reached)
     }
 }

@@ -402,10 +402,10 @@ fn pair_by_name(model: &Model, word: &str) -> Option<Quantity> {
 fn unknown(all: &[Quantity], word: &str) -> String {
     let groups = GROUPS.iter().map(|(name, _)| *name).chain(["all"]);
     let near = penny::mjcf::nearest(word, all.iter().map(|q| q.name.as_str()).chain(groups.clone()));
-    let near = near.map_or_else(String::new, |near| format!("did you mean `{near}`? "));
+    let near = near.map_or_else(|| "there".to_owned(), |near| format!("did you mean `{near}`? There"));
     let examples: Vec<&str> = all.iter().map(|q| q.name.as_str()).take(6).collect();
     format!(
-        "the scene has no quantity `{word}`: {near}There are the groups {}, and single ones: {}{}",
+        "the scene has no quantity `{word}`: {near} are the groups {}, and single ones: {}{}",
         groups.collect::<Vec<_>>().join(", "),
         examples.join(", "),
         if all.len() > examples.len() { ", …" } else { "" }
