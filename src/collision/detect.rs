@@ -19,9 +19,11 @@ pub fn detect(model: &Model, data: &mut Data) {
     }
     let near =
         if model.pairs.swept.is_empty() { Some(&model.pairs.listed) } else { broad_phase.near(model, geom_xpos) };
-    let touching = near.into_iter().flatten().filter(|pair| !apart(pair, geom_xpos, geom_xmat));
     let mut last = Framed::default();
-    for pair in touching {
+    for pair in near.map_or(&[][..], |near| near) {
+        if apart(pair, geom_xpos, geom_xmat) {
+            continue;
+        }
         counts.pairs += 1;
         collide(model, pair, geom_xpos, geom_xmat, hits, &mut last, contacts);
         if contacts.len() > model.pairs.most_contacts {
