@@ -183,17 +183,22 @@ impl Islands {
     fn join_contacts(&mut self, model: &Model, data: &Data, joined: &mut bool) {
         self.contacts.label.clear();
         let mut next_alone = 0;
+        // Contacts of the same two bodies mostly follow one another.
+        let (mut bodies, mut of_bodies) = ([u32::MAX; 2], NONE);
         for (i, c) in data.contacts.iter().enumerate() {
             let alone = self.alone.get(next_alone).is_some_and(|alone| alone.contact == i);
             next_alone += usize::from(alone);
             let label = if c.pushes(model) && !alone {
-                let [a, b] = c.body.map(|b| model.bodies[b as usize].tree);
-                if let (Some(a), Some(b)) = (a, b)
-                    && a != b
-                {
-                    self.join(a, b, model, joined);
+                if c.body != bodies {
+                    let [a, b] = c.body.map(|b| model.bodies[b as usize].tree);
+                    if let (Some(a), Some(b)) = (a, b)
+                        && a != b
+                    {
+                        self.join(a, b, model, joined);
+                    }
+                    (bodies, of_bodies) = (c.body, a.or(b).map_or(NONE, |t| t as u32));
                 }
-                a.or(b).map_or(NONE, |t| t as u32)
+                of_bodies
             } else {
                 NONE
             };
