@@ -321,7 +321,8 @@ pub enum JointRowKind {
 pub struct Outcome {
     /// Newton iterations, each one linear system.
     pub iterations: usize,
-    /// What is left of the equations. `mujoco`: norm of the gradient over the trace of M, as MuJoCo reports it. `penalty`:
+    /// What is left of the equations. `mujoco`: norm of the gradient over the root of the trace of M, in coordinates in which every
+    /// tree has unit mass, m/s²; what MuJoCo reports is no larger. `penalty`:
     /// see [`residual`](crate::contact::penalty::residual::residual). 0 where the forces are formulas.
     pub residual: f64,
 }

@@ -102,7 +102,7 @@ impl Constraint {
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
-    /// On gradient and predicted improvement, both divided by the trace of M; 0 means to rounding.
+    /// On the norm of the gradient over √(trace of M), and on the predicted improvement over the trace; 0 means to rounding.
     pub tolerance: f64,
     /// Newton steps at most.
     pub iterations: usize,
@@ -182,32 +182,24 @@ pub fn minimise(task: &Task, island: &mut Island, stop: &Stop) -> Outcome {
     let Task { model, data, .. } = *task;
     island.constraints.iter_mut().for_each(Constraint::begin);
     let scale = 1.0 / island.trace(model, data);
-    let mut start = None;
     if stop.warm {
         let from_constraints = evaluate(island).cost;
-        let residual = residual(island, scale);
-        if residual < stop.tolerance {
-            if residual > LEFT * stop.tolerance {
+        let left = residual(island, scale);
+        if left < stop.tolerance {
+            if left > LEFT * stop.tolerance {
                 lean(island);
             }
-            return Outcome { iterations: 0, residual };
+            return Outcome { iterations: 0, residual: left };
         }
         if from_constraints + 0.5 * dot(&island.w, &island.w) < cost_of_smooth(&island.constraints) {
-            start = Some(residual);
-        } else {
-            island.w.fill(0.0);
-            evaluate_smooth(&mut island.constraints);
+            return descend(task, island, stop, scale, left);
         }
-    } else {
-        island.w.fill(0.0);
-        evaluate_smooth(&mut island.constraints);
     }
-    let mut guesses = 0;
-    let start = start.unwrap_or_else(|| {
-        guesses = usize::from(stop.iterations > 0 && guess(task, island));
-        residual(island, scale)
-    });
-    let outcome = descend(task, island, &Stop { iterations: stop.iterations - guesses, ..*stop }, scale, start);
+    island.w.fill(0.0);
+    evaluate_smooth(&mut island.constraints);
+    let guesses = usize::from(stop.iterations > 0 && guess(task, island));
+    let left = residual(island, scale);
+    let outcome = descend(task, island, &Stop { iterations: stop.iterations - guesses, ..*stop }, scale, left);
     Outcome { iterations: outcome.iterations + guesses, ..outcome }
 }
 
