@@ -256,8 +256,8 @@ fn ratios(lines: &[Line]) -> String {
         let _ = writeln!(text, "| {low} to {high} | {n} {}|", "█".repeat(n * 40 / all.len().max(1)));
         low = high;
     }
-    text + "\nA search accepts an estimate up to half of what is wanted where something touches, up to 0.8 times of 256 steps or \
-            fewer,\nof smooth motion up to 0.9 times.\n"
+    text + "\nA search accepts an estimate up to what is wanted of fixed steps, up to half of it of controlled ones where something \
+            touches,\nof smooth motion up to 0.95 times.\n"
 }
 
 /// The orders of the integrators that estimate their error, by fixed steps on smooth motion; the truth are those of fifth

@@ -2,9 +2,13 @@
 //!
 //!     two runs, knobs x₁ > x₂, apart by d:    e₂ = d / ((x₁/x₂)^p − 1),   e₁ = d + e₂,    e ~ xᵖ
 //!
-//! with the order p that three runs show; where things touch it is bounded, for such runs may agree by accident, both missing
-//! the same landing. A run of an integrator of another order errs otherwise: how far the two are apart is what the worse of
-//! them errs, or nearly so.
+//! with the order p that three runs show. Where things touch two runs may agree by accident, both missing the same landing, so
+//! that a run of fixed steps is compared with the two before it, whose steps are r and s times as long:
+//!
+//!     apart by d and c:    e = ½ (d / (r^p − 1) + c / (s^p − 1)),    1 ≤ p ≤ 2
+//!
+//! with the lesser of the orders that the last three runs and the three before them show. A run of an integrator of another order
+//! errs otherwise: how far the two are apart is what the worse of them errs, or nearly so.
 
 use super::between::Between;
 use super::{Choice, MOST_EVALUATIONS, SAMPLES, Stepping};
@@ -39,8 +43,8 @@ pub struct Rung {
     blind: bool,
     /// From the rung before, m; none for the first, and where one of the two ended early.
     difference: Option<f64>,
-    /// Runs of fixed steps that are several times as long (see `FAR`): how many times, and how far off they are, m.
-    far: Vec<[f64; 2]>,
+    /// Runs with larger knobs, the next one last: how many times as large, and how far off they are, m.
+    coarser: Vec<[f64; 2]>,
 }
 
 impl Rung {
@@ -71,6 +75,8 @@ pub struct Ladder<'c> {
     stuck: bool,
     /// The longest step in which nothing that touches is softer than the scene says, s.
     safe: f64,
+    /// Size of the largest body, m.
+    reach: f64,
 }
 
 /// A controlled run that is not at its end: what it took so far tells what it will take.
@@ -97,20 +103,20 @@ pub struct Promise {
     pub knob: f64,
 }
 
-/// How wrong an estimate may be: where something touches, of few steps a sample (see `SHORT`), and of more or of controlled ones;
-/// and where the motion is smooth.
-const MARGIN: [f64; 3] = [1.25, 2.0, 1.1];
-/// A finer knob is this much finer at least and at most: of timesteps, and of tolerances.
-const FINER: [[f64; 2]; 2] = [[1.5, 8.0], [4.0, 100.0]];
+/// How wrong an estimate may be: where something touches, of fixed steps and of controlled ones; and where the motion is smooth.
+const MARGIN: [f64; 3] = [1.0, 2.0, 1.05];
+/// A finer knob is this much finer at least and at most: of timesteps where something touches and where nothing does, and of
+/// tolerances.
+const FINER: [[f64; 2]; 3] = [[2.0, 4.0], [1.5, 8.0], [4.0, 100.0]];
 /// The second run of controlled steps takes about this many times the effort of the first.
 const EFFORT: f64 = 2.0;
 /// Its tolerance is this part of what is wanted.
 const FIRST: f64 = 0.75;
 /// The first run has no larger one than this part of the largest body's reach: that would be blind.
 const COARSE: f64 = 0.1;
-/// The order that is assumed where two runs are all there is, the first of timesteps and the second of tolerances.
-const UNSEEN: [[f64; 2]; 2] = [[0.5, 0.3], [1.0, 0.75]];
-/// Of fixed steps where something touches: they may come nearer sooner than they promise.
+/// The order of tolerances that is assumed where two runs are all there is: where something touches, and of smooth motion.
+const UNSEEN: [f64; 2] = [0.3, 0.75];
+/// The second of fixed steps are this many times shorter.
 const DOUBLE: f64 = 2.0;
 /// The first of fixed steps, in samples; the second have half of that, and the third an eighth. Those of higher order begin with
 /// [`DOUBLE`], and halve it.
@@ -130,10 +136,9 @@ const EXPECTED: f64 = 0.8;
 const MOST_ORDER: [f64; 2] = [1.0, 0.9];
 /// Where things touch and steps are so long that `refsafe` makes them softer, they sink by what grows with the step's square.
 const SOFT: f64 = 2.0;
-/// Fixed steps this many times as long, in a run that is no farther off than things are large, err as many times as much.
+/// Of smooth motion fixed steps this many times as long, in a run that is no farther off than things are large, err as many times as
+/// much.
 const FAR: std::ops::Range<f64> = 3.5..8.5;
-/// Where things touch this is so while there are this many steps a sample at most. Longer runs may agree by accident.
-const SHORT: usize = 4;
 /// However far apart their tolerances are, of two controlled runs the distance of the finer one is this many times what it errs at most where
 /// things touch.
 const NEARER: f64 = 3.0;
@@ -157,7 +162,15 @@ fn order([a, b, c]: [f64; 3], [coarse, fine]: [f64; 2]) -> f64 {
 
 impl<'c> Ladder<'c> {
     pub fn new(case: &Case, integrator: &'static Integrator, controlled: bool) -> Ladder<'c> {
-        Ladder { integrator, controlled, rungs: Vec::new(), paused: None, stuck: false, safe: safe(&case.model) }
+        Ladder {
+            integrator,
+            controlled,
+            rungs: Vec::new(),
+            paused: None,
+            stuck: false,
+            safe: safe(&case.model),
+            reach: reach(case),
+        }
     }
 
     /// Whether a first run was not given up.
@@ -200,7 +213,7 @@ impl<'c> Ladder<'c> {
             let few = if self.integrator.order > 1 { DOUBLE } else { FEW };
             return case.seconds / SAMPLES as f64 * few;
         }
-        (FIRST * self.apart() * tolerance).min(COARSE * reach(case))
+        (FIRST * self.apart() * tolerance).min(COARSE * self.reach)
     }
 
     /// Whether a run and the one before it are smooth.
@@ -211,8 +224,7 @@ impl<'c> Ladder<'c> {
 
     /// How wrong the estimate of a run may be.
     fn margin(&self, rung: usize) -> f64 {
-        let fine = self.controlled || self.rungs[rung].steps > SHORT * SAMPLES;
-        MARGIN[if self.smooth(rung) { 2 } else { usize::from(fine) }]
+        MARGIN[if self.smooth(rung) { 2 } else { usize::from(self.controlled) }]
     }
 
     /// The order that is believed of the last three runs up to one.
@@ -225,10 +237,17 @@ impl<'c> Ladder<'c> {
         Some(self.shown(rung)?.clamp(NONE, most))
     }
 
-    /// The order that is believed of two runs alone: of smooth motion one less than in theory.
+    /// The order that is believed of two runs alone: of fixed steps one less than in theory.
     fn unseen(&self, smooth: usize) -> f64 {
-        let least = UNSEEN[smooth][usize::from(self.controlled)];
-        if self.controlled || smooth == 0 { least } else { least.max(f64::from(self.integrator.order) - 1.0) }
+        if self.controlled { UNSEEN[smooth] } else { (f64::from(self.integrator.order) - 1.0).max(1.0) }
+    }
+
+    /// What a run of fixed steps errs where things touch, by the two before it.
+    fn touching(&self, rung: usize) -> Option<f64> {
+        let [.., far, near] = self.rungs[rung].coarser[..] else { return None };
+        let orders = [rung - 1, rung].map(|k| self.order(k).unwrap_or(1.0).max(1.0));
+        let error = |[ratio, apart]: [f64; 2]| apart / (ratio.powf(orders[0].min(orders[1])) - 1.0);
+        Some(0.5 * (error(near) + error(far)))
     }
 
     /// The order that they show.
@@ -244,16 +263,19 @@ impl<'c> Ladder<'c> {
         let finer = |k: usize| {
             let (before, last) = (rungs.get(k.checked_sub(1)?)?, rungs.get(k)?);
             let smooth = usize::from(self.smooth(k));
-            let order = self.order(k).unwrap_or_else(|| self.unseen(smooth));
             let apart = last.difference?;
+            if !self.controlled && smooth == 0 {
+                let error = self.touching(k)?;
+                return Some([apart, error, self.margin(k) * error]);
+            }
+            let order = self.order(k).unwrap_or_else(|| self.unseen(smooth));
             let gain = (before.knob / last.knob).powf(order) - 1.0;
-            let gain = if self.controlled && smooth == 0 { gain.min(NEARER) } else { gain };
-            let error = apart / gain;
+            let gain = if smooth == 0 { gain.min(NEARER) } else { gain };
             // Two controlled runs that agree may miss a landing alike: neither errs less than its tolerance.
-            let floor = if self.controlled && smooth == 0 { last.knob } else { 0.0 };
-            let far = last.far.iter().filter(|_| smooth == 1 || last.steps <= SHORT * SAMPLES);
-            let far = far.map(|[ratio, apart]| apart / (ratio.powf(order.max(1.0)) - 1.0));
-            let error = far.fold(error, f64::min).max(floor);
+            let floor = if smooth == 0 { last.knob } else { 0.0 };
+            let far = |[ratio, apart]: &&[f64; 2]| !self.controlled && FAR.contains(ratio) && *apart <= self.reach;
+            let far = last.coarser.iter().filter(far).map(|[ratio, apart]| apart / (ratio.powf(order.max(1.0)) - 1.0));
+            let error = far.fold(apart / gain, f64::min).max(floor);
             Some([apart, error, self.margin(k) * error])
         };
         let none = Bound { error: f64::INFINITY, most: f64::INFINITY };
@@ -302,7 +324,6 @@ impl<'c> Ladder<'c> {
             return Some(Promise { cost: whole - effort + next, knob: paused.knob });
         }
         let last = self.rungs.last()?;
-        let finer = FINER[usize::from(self.controlled)];
         // The first run is told from the others by their errors, not by its own.
         if !last.whole() || !error.is_finite() || self.rungs.len() == 1 {
             return self.second();
@@ -311,12 +332,12 @@ impl<'c> Ladder<'c> {
         // What the finer of two runs errs by the order in theory.
         let theory = f64::from(self.integrator.order);
         let touching = !self.controlled && !self.smooth(k);
-        let [least, most] = if touching { [DOUBLE; 2] } else { finer };
+        let [least, most] = FINER[if self.controlled { 2 } else { usize::from(!touching) }];
         let ratio = self.rungs[k - 1].knob / last.knob;
         let apart = last.difference.filter(|_| !self.controlled);
         let error = apart.map_or(error, |apart| error.min(apart / (ratio.powf(theory) - 1.0)));
         // Runs that are farther apart than things are large tell nothing.
-        let error = if touching { error.min(reach(case)) } else { error };
+        let error = if touching { error.min(self.reach) } else { error };
         let least_order = if self.smooth(k) { EXPECTED } else { NONE };
         let order = match self.shown(k) {
             // What comes to rest is forgotten.
@@ -324,7 +345,9 @@ impl<'c> Ladder<'c> {
             _ if self.controlled => self.order(k).unwrap_or(1.0).max(least_order),
             _ => self.order(k).unwrap_or(theory).max(least_order),
         };
-        let wanted = (self.margin(k) * error / tolerance).powf(1.0 / order).max(least);
+        // A little more than is needed, lest that be found a little too little.
+        let margin = if self.controlled { self.margin(k) } else { self.margin(k).powi(2) };
+        let wanted = (margin * error / tolerance).powf(1.0 / order).max(least);
         // Too far to arrive: but a finer run tells until when there is agreement.
         let cost = self.finer(wanted).map_or(f64::INFINITY, |promise| promise.cost);
         Some(Promise { cost, ..self.finer(wanted.min(most))? })
@@ -377,12 +400,8 @@ impl<'c> Ladder<'c> {
         }
         for k in k..self.rungs.len() {
             let last = &self.rungs[k];
-            let coarse = self.rungs[..k].iter().filter(|r| !self.controlled && FAR.contains(&(r.knob / last.knob)));
-            let far = coarse.filter_map(|rung| {
-                let apart = rung.distance(case, last).filter(|apart| *apart <= reach(case))?;
-                Some([rung.knob / last.knob, apart])
-            });
-            self.rungs[k].far = far.collect();
+            let apart = |rung: &Rung| Some([rung.knob / last.knob, rung.distance(case, last)?]);
+            self.rungs[k].coarser = self.rungs[..k].iter().filter_map(apart).collect();
         }
         let k = self.rungs.len() - 1;
         // Once may be an accident, and large tolerances blind.
@@ -458,7 +477,7 @@ impl Trace {
             end,
             blind,
             difference: None,
-            far: Vec::new(),
+            coarser: Vec::new(),
         }
     }
 }
