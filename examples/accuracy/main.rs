@@ -32,7 +32,7 @@ const TIME: f64 = 10.0;
 const WANTED: [f64; 3] = [1e-2, 1e-4, 1e-6];
 const LAWS: [&str; 2] = ["penalty", "mujoco"];
 /// Evaluations of a run for the truth, or of fixed steps.
-const MOST: usize = 60_000;
+const MOST: usize = 100_000;
 /// Real time of a search, as `penny sweep --summary` has it, s.
 const SEARCH: f64 = 10.0;
 const DOCS: &str = "docs/accuracy.md";

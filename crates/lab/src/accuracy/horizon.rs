@@ -83,6 +83,7 @@ const MOST_STEPS: usize = 20_000;
 ///
 /// Errors: a run diverged.
 pub fn growth(case: &Case, method: &Method, stepping: Stepping) -> Result<Growth, Failed> {
+    let case = &case.exact();
     let model = &case.model;
     let (start, end) = (case.start.time, case.start.time + case.seconds);
     let mut guide = match stepping {

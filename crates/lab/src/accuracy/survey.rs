@@ -91,6 +91,7 @@ pub fn prices(case: &Case, law: &'static Law, wanted: &[f64], most: usize, budge
 /// The truth for an accuracy (m): the best that controlled steps of ever smaller tolerance have, or fixed ones of ever more
 /// steps; `None` where no two runs reach the end.
 pub fn truth(case: &Case, law: &'static Law, wanted: f64, most: usize) -> Option<Truth> {
+    let case = &case.exact();
     let mut search = Best { case, sure: SURE * wanted, best: None };
     if search.add(&mut FINE.into_iter().map(|part| controlled(case, law, part * wanted, most))) {
         return search.best;

@@ -30,6 +30,17 @@ pub struct Case {
     pub seconds: f64,
 }
 
+impl Case {
+    /// The same with contact forces solved to rounding: what the scene's `tolerance` lets a solver leave is more than runs differ by that
+    /// are the truth, or twins.
+    pub(crate) fn exact(&self) -> Case {
+        let mut exact = self.clone();
+        let changed = exact.model.edit(|m| m.opt.tolerance = 0.0);
+        debug_assert!(changed.is_ok(), "{changed:?}");
+        exact
+    }
+}
+
 /// f(0), f(1), … f(count − 1), computed on all cores, in order.
 fn on_all_cores<T: Send>(count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);
