@@ -102,7 +102,8 @@ impl Constraint {
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
-    /// On gradient and predicted improvement, both divided by the trace of M; 0 means to rounding.
+    /// On what is left of the gradient ([`residual`], m/s²) and on the predicted improvement over the trace of M, (m/s²)²; 0 means to
+    /// rounding.
     pub tolerance: f64,
     /// Newton steps at most.
     pub iterations: usize,
