@@ -321,9 +321,9 @@ pub enum JointRowKind {
 pub struct Outcome {
     /// Newton iterations, each one linear system.
     pub iterations: usize,
-    /// What is left of the equations. `mujoco`: norm of the gradient over the root of the trace of M, in coordinates in which every
-    /// tree has unit mass, m/s²; what MuJoCo reports is no larger. `penalty`:
-    /// see [`residual`](crate::contact::penalty::residual::residual). 0 where the forces are formulas.
+    /// What is left of the equations. `mujoco`: |g| / √(trace of M), m/s², of the gradient g in coordinates in which
+    /// every mass is 1; no less than MuJoCo's own. `penalty`: see [`residual`](crate::contact::penalty::residual::residual). 0 where
+    /// the forces are formulas.
     pub residual: f64,
 }
 

@@ -2,6 +2,9 @@
 //!
 //!     MJCF text ─ mjcf → Document (spans) → Spec (typed, defaults merged) ─ compile → Model (SI)
 //!     step(&Model, &Method, &mut State, &mut Data):  detect → smooth dynamics → contact law → integrate
+//!
+//! Begin with [`Simulation`]: a scene that is stepped, read and changed by name. [`load`] and [`forward::step`] are what it is
+//! made of, [`Batch`] runs many. Units are SI, angles in rad, quaternions (w, x, y, z).
 
 #![deny(missing_docs)]
 

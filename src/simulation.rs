@@ -81,8 +81,8 @@ impl Simulation {
 
     /// Brings poses, contacts, forces, accelerations and sensors up to the state; nothing moves.
     ///
-    /// A state whose lists have wrong lengths is left alone: the next step says so. Of more contacts than the scene may have none is
-    /// kept, which `data().counts.crowded` tells, and the next step.
+    /// A state whose lists have wrong lengths is left alone: the next step says so. Where there are more contacts than the scene may
+    /// have, none is kept: `data().counts.crowded` is then above zero, and the next step fails.
     pub fn forward(&mut self) {
         if self.state.suits(&self.model).is_ok() {
             self.data.counts.crowded = 0;
@@ -359,7 +359,7 @@ impl Simulation {
         self.data.contacts.iter().map(|contact| Touch { sim: self, contact })
     }
 
-    /// The force of all contacts between two geoms on the second one, N.
+    /// The force of all contacts between two geoms on the one named first, N.
     ///
     /// Errors: [`Unknown`] for either.
     pub fn contact_force<'a>(&self, on: impl Into<Ref<'a>>, from: impl Into<Ref<'a>>) -> Result<[f64; 3], Unknown> {

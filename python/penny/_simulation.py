@@ -111,13 +111,14 @@ class Simulation:
     def push(self, body: str | int, force, point=None) -> Simulation:
         """Adds a force (N) on a body, at a point of the world (m) or at its centre of mass, until `clear_forces`.
 
-        ValueError: no joint moves the body, or a number is not finite.
+        ValueError: no joint moves the body, or force or point are not three finite numbers.
         """
         thing = self.data.body(self._moving(body, "a force"))
         force = np.asarray(force, dtype=float)
-        arm = np.zeros(3) if point is None else np.asarray(point, dtype=float) - thing.xipos
-        if not np.isfinite([*force, *arm]).all():
-            raise ValueError("a force and the point that it acts on are finite numbers")
+        point = thing.xipos if point is None else np.asarray(point, dtype=float)
+        if any(x.shape != (3,) or not np.isfinite(x).all() for x in (force, point)):
+            raise ValueError("a force and the point that it acts on are three finite numbers each")
+        arm = point - thing.xipos
         thing.xfrc_applied[:3] += force
         thing.xfrc_applied[3:] += np.cross(arm, force)
         return self
@@ -200,7 +201,7 @@ class Trajectory:
 
     def __init__(self, sim: Simulation, seconds: float, every: int = 1):
         if not 0 <= seconds < math.inf or every < 1:
-            raise ValueError("a trajectory has no negative time, and a state every step or more")
+            raise ValueError(f"a trajectory takes a time from 0 s on and `every` from 1 on, not {seconds} and {every}")
         steps = round(seconds / sim.model.opt.timestep) // every
         rows: list[tuple] = []
         self.pictures: list[np.ndarray] = []

@@ -1,12 +1,15 @@
 """The course's examples run, and say what they should."""
 
 import sys
+import textwrap
 from pathlib import Path
 
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+
+import penny
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 sys.path.insert(0, str(EXAMPLES))
@@ -16,6 +19,13 @@ def test_four_integrators_by_hand_are_pennys():
     import four_integrators
 
     assert four_integrators.main() < 1e-9
+
+
+def test_the_readme_s_own_simulation_runs(monkeypatch):
+    text = (EXAMPLES.parent / "README.md").read_text()
+    code = text[text.index("    sim = penny") : text.index("    penny.check(text)")]
+    monkeypatch.chdir(EXAMPLES.parents[1])
+    exec(textwrap.dedent(code), {"penny": penny})
 
 
 def test_disk(tmp_path):

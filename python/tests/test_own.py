@@ -48,7 +48,14 @@ def test_pushes_add_up_and_go():
     for no_effect in (lambda: sim.push("world", [1, 0, 0]), lambda: sim.set_mass(0, 5)):
         with pytest.raises(ValueError, match="no joint moves it"):
             no_effect()
-    for force, point in (([np.nan, 0, 0], None), ([1, 0, 0], [np.inf, 0, 0])):
+    for force, point in (
+        ([np.nan, 0, 0], None),
+        ([1, 0, 0], [np.inf, 0, 0]),
+        ([1], None),
+        (1, None),
+        ([1, 2], None),
+        ([1, 0, 0], [1]),
+    ):
         with pytest.raises(ValueError, match="finite"):
             sim.push("b", force, point)
         assert not sim.data.xfrc_applied.any()
@@ -61,7 +68,7 @@ def test_pushes_add_up_and_go():
 def test_a_trajectory_goes_forwards():
     sim = penny.Simulation.from_path(CIRCLE)
     for seconds, every in ((-1, 1), (1, 0)):
-        with pytest.raises(ValueError, match="a trajectory has"):
+        with pytest.raises(ValueError, match="a trajectory takes a time from 0 s on"):
             sim.trajectory(seconds, every)
 
 

@@ -102,7 +102,8 @@ impl Constraint {
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
-    /// On the norm of the gradient over √(trace of M), and on the predicted improvement over the trace; 0 means to rounding.
+    /// On what is left of the gradient ([`residual`], m/s²) and on the predicted improvement over the trace of M, (m/s²)²; 0 means to
+    /// rounding.
     pub tolerance: f64,
     /// Newton steps at most.
     pub iterations: usize,

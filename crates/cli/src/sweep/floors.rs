@@ -7,7 +7,7 @@ use penny::contact::Law;
 use penny::forward::{Method, ROUNDS};
 use penny::integrate;
 use penny_lab::accuracy::Stepping;
-use penny_lab::accuracy::horizon::growth;
+use penny_lab::accuracy::horizon::{Growth, growth};
 use penny_lab::plot::number;
 use penny_lab::sweep::Case;
 use penny_lab::sweep::diagram::Level;
@@ -24,6 +24,8 @@ pub struct Floors {
 
 /// A law's own error counts where it is this many times what halving the step still changes.
 const CLEAR: f64 = 3.0;
+/// The error of which is said for how long it can be had, m.
+const WANTED: f64 = 1e-6;
 /// Steps of the runs that tell how errors grow.
 const MOST_STEPS: f64 = 2e5;
 
@@ -81,8 +83,8 @@ pub fn floors(
         }
         found.levels.insert(law.name.to_owned(), levels);
     }
-    if let Target::Poses(_) = target {
-        horizons(case, laws, smallest, &told, &mut found);
+    if let Target::Poses(references) = target {
+        horizons(case, laws, smallest, &told, references, &mut found);
     }
     found
 }
@@ -130,25 +132,62 @@ fn horizons(
     laws: &[&'static Law],
     smallest: f64,
     told: &dyn Fn(&Law) -> &'static str,
+    references: &BTreeMap<&'static str, Reference>,
     found: &mut Floors,
 ) {
     for &law in laws {
+        let Some(reference) = references.get(law.name) else { continue };
         let timestep = fit(case.seconds, smallest.max(case.seconds / MOST_STEPS)).0;
         let method =
             Method { contact: law, integrator: &integrate::semi_implicit_euler::METHOD, timestep, rounds: ROUNDS };
         let Ok(growth) = growth(case, &method, Stepping::Fixed(timestep)) else { continue };
-        let Some(doubling) = growth.doubling().filter(|d| *d < case.seconds) else { continue };
-        let floor = growth.floor();
-        let until =
-            growth.horizon(1e-6).map_or_else(String::new, |t| format!("; 1e-6 m can be had for {}", si(t, "s")));
-        found.notes.push(format!(
-            "{}: errors double in {} where they grow fastest{until}; rounding alone makes {}",
-            told(law),
-            si(doubling, "s"),
-            si(floor, "m")
-        ));
-        if let Some(levels) = found.levels.get_mut(law.name) {
+        let Some((note, floor)) = growing(&growth, case.seconds, reference.uncertainty) else { continue };
+        found.notes.push(format!("{}: {note}", told(law)));
+        let levels = found.levels.get_mut(law.name);
+        if let (Some(levels), Some(floor)) = (levels, floor) {
             levels.push(Level { name: "trust horizon".into(), error: floor });
         }
+    }
+}
+
+/// What there is to say of errors that grow, and what rounding alone makes, m. `None` where they do not, or where the runs of the
+/// reference agree and twins that part are wrong ([`penny_lab::accuracy::horizon`]).
+///
+/// In: length of the run, s; `uncertainty` of the reference, m: how far two runs are apart at most, rounding included.
+fn growing(growth: &Growth, seconds: f64, uncertainty: f64) -> Option<(String, Option<f64>)> {
+    let doubling = growth.doubling().filter(|d| *d < seconds)?;
+    let until = growth.horizon(WANTED);
+    if until.is_some() && uncertainty <= WANTED {
+        return None;
+    }
+    let floor = Some(growth.floor()).filter(|floor| *floor <= uncertainty.max(WANTED));
+    let until = until.map_or_else(String::new, |t| format!("; {WANTED:e} m can be had for {}", si(t, "s")));
+    let made = floor.map_or_else(String::new, |floor| format!("; rounding alone makes {}", si(floor, "m")));
+    Some((format!("errors double in {} where they grow fastest{until}{made}", si(doubling, "s")), floor))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Growth, growing};
+
+    #[test]
+    fn rounding_makes_no_more_than_the_runs_of_the_reference_are_apart() {
+        let seconds = |i: u32| f64::from(i) / 8.0;
+        let doubling_in = |time: f64| Growth {
+            times: (1..=8).map(seconds).collect(),
+            log: (1..=8).map(|i| seconds(i) / time * std::f64::consts::LN_2).collect(),
+        };
+        // 1e-15 m, doubled ten times.
+        let (note, floor) = growing(&doubling_in(0.1), 1.0, 1e-9).expect("a note");
+        assert_eq!(note, "errors double in 100 ms where they grow fastest; rounding alone makes 1.02 pm");
+        assert!((floor.expect("a level") / 1.024e-12 - 1.0).abs() < 1e-9);
+        // 1000 times would be 1e286 m.
+        let (note, floor) = growing(&doubling_in(1e-3), 1.0, 0.3).expect("a note");
+        assert_eq!(
+            (note.contains("1e-6 m can be had"), note.contains("rounding"), floor),
+            (true, false, None),
+            "{note}"
+        );
+        assert_eq!(growing(&doubling_in(1e-3), 1.0, 1e-8), None);
     }
 }

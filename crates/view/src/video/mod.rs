@@ -36,7 +36,7 @@ impl Format {
         let found = FORMATS.iter().find(|(name, _)| *name == ending).map(|(_, format)| *format);
         found.ok_or_else(|| {
             let known: Vec<String> = FORMATS.iter().map(|(name, _)| format!(".{name}")).collect();
-            format!("`{}` must end in {}", path.display(), known.join(", "))
+            format!("`{}` must end in one of {}", path.display(), known.join(", "))
         })
     }
 
