@@ -178,7 +178,8 @@ fn forces(constraints: &mut [Constraint]) -> Point {
 
 /// Minimises the cost. On return `w` is the minimum; constraints hold their forces.
 ///
-/// A warm start that is good enough is taken as it is, and no matrix need be built. (With tolerance 0 nothing is good enough.)
+/// A warm start that is good enough is taken, and led nearer if it leaves more than [`LEFT`]; no matrix need be built. (With tolerance
+/// 0 nothing is good enough.)
 pub fn minimise(task: &Task, island: &mut Island, stop: &Stop) -> Outcome {
     let Task { model, data, .. } = *task;
     island.constraints.iter_mut().for_each(Constraint::begin);

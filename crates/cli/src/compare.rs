@@ -20,7 +20,7 @@ use penny_lab::accuracy::{Choice, Stepping};
 use penny_lab::plot::palette::{CURVES, DASHES, INK};
 use penny_lab::plot::{self, Axis, Figure, Layer, Line, Panel};
 use penny_lab::record::coordinates;
-use penny_lab::sweep::Case;
+use penny_lab::sweep::{Case, exact};
 
 mod why;
 
@@ -433,14 +433,6 @@ fn chart(
     let how = format!("{}, h = {}; MuJoCo 4.0.0 solving to rounding", method.integrator.name, si(method.timestep, "s"));
     let figure = Figure { panel_size: [340.0, 300.0], ..Figure::new(path.display().to_string(), how, panels) };
     plot::save(&figure, file).map_err(|e| Failure::Problem(format!("error: {e}")))
-}
-
-/// The model solved to rounding.
-fn exact(model: &Model) -> Model {
-    let mut exact = model.clone();
-    let changed = exact.edit(|m| (m.opt.tolerance, m.opt.iterations) = (0.0, m.opt.iterations.max(100)));
-    debug_assert!(changed.is_ok(), "{changed:?}");
-    exact
 }
 
 /// The rows of a run by the method that was chosen; they end early where it fails.

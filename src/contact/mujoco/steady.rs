@@ -2,8 +2,8 @@
 //!
 //! It is what [`newton::minimise`](crate::contact::newton::minimise) does with a warm start, found without rows and without a
 //! matrix ([`crate::contact::free_bodies`]). What it does not accept is solved the general way; a test compares the two. Worth
-//! it (times MuJoCo's speed with it and without): a sphere that rolls 9.2 and 6.5, a box at rest 7.5 and 4.9, a T at rest 7.4
-//! and 4.6, a stack of ten boxes at rest 4.7 and 3.6.
+//! it (times MuJoCo's speed with it and without): a box at rest 11.4 and 6.6, a T at rest 10.6 and 5.7, a stack of ten boxes at rest
+//! 5.8 and 3.7.
 
 use super::{Coefficients, stop};
 use crate::contact::cost::{Cone, Kind, Spread};

@@ -42,8 +42,8 @@ struct Worst {
     contacts: usize,
 }
 
-/// Differences below this part of all impulses are rounding.
-const ROUNDING: f64 = 1e-12;
+/// Differences below this part of all impulses are rounding: eighty contacts of a stack make 3e-15.
+const ROUNDING: f64 = 1e-13;
 
 /// Why Penny's run under `method` has left MuJoCo's after `steps` steps: sentences that name cause and measure.
 pub fn reasons(model: &Model, method: &Method, start: &State, steps: usize) -> Vec<String> {

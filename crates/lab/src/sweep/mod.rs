@@ -34,11 +34,16 @@ impl Case {
     /// The same with contact forces solved to rounding: what the scene's `tolerance` lets a solver leave is more than runs differ by that
     /// are the truth, or twins.
     pub(crate) fn exact(&self) -> Case {
-        let mut exact = self.clone();
-        let changed = exact.model.edit(|m| m.opt.tolerance = 0.0);
-        debug_assert!(changed.is_ok(), "{changed:?}");
-        exact
+        Case { model: exact(&self.model), ..self.clone() }
     }
+}
+
+/// The model with contact forces solved to rounding.
+pub fn exact(model: &Model) -> Model {
+    let mut exact = model.clone();
+    let changed = exact.edit(|m| (m.opt.tolerance, m.opt.iterations) = (0.0, m.opt.iterations.max(100)));
+    debug_assert!(changed.is_ok(), "{changed:?}");
+    exact
 }
 
 /// f(0), f(1), … f(count − 1), computed on all cores, in order.
