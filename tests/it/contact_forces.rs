@@ -381,6 +381,14 @@ const SLIDES: &str = "<joint type='slide' axis='1 0 0'/><joint type='slide' axis
 const GROOVE: &str = "<geom type='box' size='.1 9 .1' pos='.2 0 .1' euler='0 -20 0'/>
                       <geom type='box' size='.1 9 .1' pos='-.2 0 .1' euler='0 20 0'/>";
 
+/// Takes a step, and finds the accelerations there by the scene's law and by another. Out: linear systems that they took.
+fn step_both_ways(sim: &mut Sim, law: &'static Law, other: &mut Data) -> [usize; 2] {
+    sim.step();
+    forward(&sim.model, &sim.method, &sim.state, &mut sim.data);
+    forward(&sim.model, &Method { contact: law, ..sim.method }, &sim.state, other);
+    [&sim.data, other].map(|data| data.solver.iterations)
+}
+
 fn compare_shortcut(law: &Law) {
     let name = law.name;
     let short: &'static Law = Box::leak(Box::new(Law { balls: None, ..*law }));
@@ -437,11 +445,8 @@ fn compare_shortcut(law: &Law) {
             [0, 1, 4, 5].into_iter().zip(start).filter(|s| s.0 < sim.model.nv).for_each(|(d, v)| sim.state.qvel[d] = v);
             let mut other = Data::new(&sim.model);
             for _ in 0..700 {
-                sim.step();
-                forward(&sim.model, &sim.method, &sim.state, &mut sim.data);
-                forward(&sim.model, &Method { contact: general, ..sim.method }, &sim.state, &mut other);
+                let [ours, theirs] = step_both_ways(&mut sim, general, &mut other);
                 let what = format!("{name}: {joints} {shape}, condim {condim}, {floor}, {cone}, {} s", sim.state.time);
-                let [ours, theirs] = [&sim.data, &other].map(|data| data.solver.iterations);
                 let several = if joints == "<freejoint/>" { usize::from(end != "</body>") } else { 2 };
                 asked[several] += usize::from(!other.contacts.is_empty());
                 taken[several] += usize::from(!other.contacts.is_empty() && ours == 0);
@@ -527,11 +532,8 @@ fn warm_starts_are_led_nearer_alike() {
             sim.method.contact = short;
             let mut other = Data::new(&sim.model);
             for _ in 0..300 {
-                sim.step();
-                forward(&sim.model, &sim.method, &sim.state, &mut sim.data);
-                forward(&sim.model, &Method { contact: general, ..sim.method }, &sim.state, &mut other);
+                let [ours, theirs] = step_both_ways(&mut sim, general, &mut other);
                 let what = format!("{floor}, condim {condim}, {cone}, {boxes} boxes, {} s", sim.state.time);
-                let [ours, theirs] = [&sim.data, &other].map(|data| data.solver.iterations);
                 assert_eq!(ours, theirs, "{what}");
                 let off = distance(&sim.data.qacc, &other.qacc);
                 assert!(off < 1e-9, "{what}: accelerations differ by {off:e}");
