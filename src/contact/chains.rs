@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use super::block_factor::Shape;
-use super::curvature::Curvature;
+use super::curvature::{Curvature, TURNS};
 use crate::dynamics::factor::{Entry, Pattern, by_length};
 
 /// Where the rows of one constraint are.
@@ -269,41 +269,65 @@ fn add_curvature<const W: usize>(
     curvature: &Curvature,
     dim: usize,
 ) {
-    // C, its columns side by side.
-    let mut columns = [[0.0; W]; W];
+    let x = numbers.as_chunks::<W>().0;
+    let narrow = |v: &[f64; 6]| -> [f64; W] { std::array::from_fn(|k| if k < dim { v[k] } else { 0.0 }) };
     match curvature {
         Curvature::Zero => {}
-        Curvature::Diagonal(d) => (0..dim).for_each(|k| columns[k][k] = d[k]),
-        Curvature::Arrow { diagonal, first } => {
-            columns[0][0] = diagonal[0];
-            for k in 1..W.min(dim) {
-                (columns[k][k], columns[0][k], columns[k][0]) = (diagonal[k], first[k], first[k]);
+        Curvature::Diagonal(d) => {
+            let d = narrow(d);
+            let product = |own: &[f64; W]| std::array::from_fn(|k| d[k] * own[k]);
+            add_products(low, x, way, product);
+            if !up.is_empty() {
+                add_products(up, x, way, product);
             }
         }
-        Curvature::Full(full) => {
-            for j in 0..W.min(dim) {
-                (0..W.min(dim)).for_each(|k| columns[j][k] = full[k][j]);
+        Curvature::Arrow { diagonal, first, square } => {
+            let (d, first) = (narrow(diagonal), narrow(first));
+            let product = |own: &[f64; W]| -> [f64; W] {
+                let sum = dot(&first, own);
+                let both = own[0] + square * sum;
+                std::array::from_fn(|k| d[k] * own[k] + if k == 0 { sum } else { first[k] * both })
+            };
+            add_products(low, x, way, product);
+            if !up.is_empty() {
+                add_products(up, x, way, product);
             }
         }
-    }
-    let x = numbers.as_chunks::<W>().0;
-    if up.is_empty() {
-        add_products(low, x, way, &columns);
-    } else {
-        add_products(up, x, way, &columns);
-        // W_p · (C W_q) = W_q · (Cᵀ W_p)
-        add_products(low, x, way, &std::array::from_fn(|j| std::array::from_fn(|k| columns[k][j])));
+        Curvature::Limited { diagonal, normal, turn } => {
+            let (d, normal) = (narrow(diagonal), narrow(normal));
+            let turned = |own: &[f64; W]| -> [f64; W] {
+                let mut out = std::array::from_fn(|k| d[k] * own[k]);
+                for ([k, l], turn) in TURNS.into_iter().zip(turn).filter(|([_, l], _)| *l < W) {
+                    out[k] += turn * own[l];
+                    out[l] += turn * own[k];
+                }
+                out
+            };
+            let product = |own: &[f64; W]| -> [f64; W] {
+                let mut out = turned(own);
+                (1..W).for_each(|k| out[k] += normal[k] * own[0]);
+                out
+            };
+            if up.is_empty() {
+                add_products(low, x, way, product);
+            } else {
+                add_products(up, x, way, product);
+                // W_p · (C W_q) = W_q · (Cᵀ W_p)
+                add_products(low, x, way, |own| {
+                    let mut out = turned(own);
+                    out[0] += dot(&normal, own);
+                    out
+                });
+            }
+        }
     }
 }
 
-/// h_pq += W_q · (C W_p) for q ≤ p, of a C by columns.
+/// h_pq += W_q · `product` (W_p) for q ≤ p.
 #[inline(always)]
-fn add_products<const W: usize>(h: &mut [f64], x: &[[f64; W]], way: &[Entry], columns: &[[f64; W]; W]) {
+fn add_products<const W: usize>(h: &mut [f64], x: &[[f64; W]], way: &[Entry], product: impl Fn(&[f64; W]) -> [f64; W]) {
     for (p, (own, entry)) in x.iter().zip(way).enumerate() {
-        let mut product = [0.0; W];
-        for (column, own) in columns.iter().zip(own) {
-            (0..W).for_each(|k| product[k] += column[k] * own);
-        }
+        let product = product(own);
         let row = &mut h[2 * entry.pair..][..p + 1];
         by_length!(p + 1, n => for (h, x) in row[..n].iter_mut().zip(&x[..n]) {
             *h += dot(&product, x);

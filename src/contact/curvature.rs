@@ -4,24 +4,37 @@ use super::cost::{Cone, INSIDE, Kind, OUTSIDE, Spread};
 
 /// How forces answer to accelerations, a matrix C = −∂f/∂x: the second derivatives of s(x), or, where friction is limited
 /// by a normal force that changes too, not symmetric.
-// On the stack of every solve: a box would allocate in a step.
-#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
 pub enum Curvature {
     /// No curvature.
     Zero,
     /// Its diagonal.
     Diagonal([f64; 6]),
-    /// Symmetric, with nothing but its diagonal and its first row and column.
+    /// Symmetric: its diagonal, its first row and column, and among the others a multiple of the products of these.
+    ///
+    ///     C₀₀ = d₀,   C₀ₖ = Cₖ₀ = rₖ,   Cₖₗ = dₖ δₖₗ + ρ rₖ rₗ
     Arrow {
+        /// d
+        diagonal: [f64; 6],
+        /// r, from the second number on.
+        first: [f64; 6],
+        /// ρ
+        square: f64,
+    },
+    /// Friction that feels the normal force, which does not feel it: its diagonal, its first column, and what the two rows of
+    /// sliding and the two of rolling have to do with each other.
+    Limited {
         /// The diagonal.
         diagonal: [f64; 6],
-        /// The first row, from the second number on.
-        first: [f64; 6],
+        /// The first column, from the second number on.
+        normal: [f64; 6],
+        /// C₁₂ = C₂₁, C₄₅ = C₅₄
+        turn: [f64; 2],
     },
-    /// All of it.
-    Full([[f64; 6]; 6]),
 }
+
+/// The pairs of rows that turn into each other.
+pub const TURNS: [[usize; 2]; 2] = [[1, 2], [4, 5]];
 
 impl Curvature {
     /// C v of the first `dim` components.
@@ -31,24 +44,28 @@ impl Curvature {
         match self {
             Curvature::Zero => {}
             Curvature::Diagonal(d) => (0..dim).for_each(|k| out[k] = d[k] * v[k]),
-            Curvature::Arrow { diagonal, first } => {
+            Curvature::Arrow { diagonal, first, square } => {
+                let sum: f64 = (1..dim).map(|k| first[k] * v[k]).sum();
+                out[0] = diagonal[0] * v[0] + sum;
+                (1..dim).for_each(|k| out[k] = diagonal[k] * v[k] + first[k] * (v[0] + square * sum));
+            }
+            Curvature::Limited { diagonal, normal, turn } => {
                 out[0] = diagonal[0] * v[0];
-                for k in 1..dim {
-                    out[0] += first[k] * v[k];
-                    out[k] = first[k] * v[0] + diagonal[k] * v[k];
+                (1..dim).for_each(|k| out[k] = diagonal[k] * v[k] + normal[k] * v[0]);
+                for ([k, l], turn) in TURNS.into_iter().zip(turn).filter(|([_, l], _)| *l < dim) {
+                    out[k] += turn * v[l];
+                    out[l] += turn * v[k];
                 }
             }
-            Curvature::Full(full) => (0..dim).for_each(|k| out[k] = (0..dim).map(|j| full[k][j] * v[j]).sum()),
         }
         out
     }
 
     /// C, written out.
     pub fn matrix(&self) -> [[f64; 6]; 6] {
-        match self {
-            Curvature::Full(full) => *full,
-            _ => std::array::from_fn(|k| self.times(&std::array::from_fn(|j| f64::from(u8::from(j == k))), 6)),
-        }
+        let columns: [_; 6] =
+            std::array::from_fn(|l| self.times(&std::array::from_fn(|j| f64::from(u8::from(j == l))), 6));
+        std::array::from_fn(|k| std::array::from_fn(|l| columns[l][k]))
     }
 }
 
@@ -72,29 +89,26 @@ impl Cone {
 
     #[inline]
     fn curvature_of_coulomb(&self, x: &Spread) -> Curvature {
-        let mut full = [[0.0; 6]; 6];
+        let (mut diagonal, mut turn) = ([0.0; 6], [0.0; 2]);
         if x[0] < 0.0 {
-            full[0][0] = self.d[0];
+            diagonal[0] = self.d[0];
         }
-        if self.frozen > 0 {
-            return Curvature::Full(full);
-        }
-        for group in self.groups() {
+        let groups = self.groups().filter(|_| self.frozen == 0);
+        for group in groups {
             let (d, square) = (self.d[group.start], self.square(x, &group));
             let weight = |k: usize| self.mu[k] * self.mu[k];
             if d * d * square <= self.limit * self.limit {
-                group.for_each(|k| full[k][k] = d * weight(k));
+                group.for_each(|k| diagonal[k] = d * weight(k));
             } else if group.len() == 2 {
                 // n T'' = n/T (μ² − w wᵀ),  wₖ = μₖ²xₖ/T
-                let (a, b, turn) = (group.start, group.start + 1, self.limit / square.sqrt());
-                let both = turn * weight(a) * weight(b) / square;
-                full[a][a] = both * x[b] * x[b];
-                full[b][b] = both * x[a] * x[a];
-                full[a][b] = -both * x[a] * x[b];
-                full[b][a] = full[a][b];
+                let (a, b, length) = (group.start, group.start + 1, square.sqrt());
+                let both = self.limit / length * weight(a) * weight(b) / square;
+                diagonal[a] = both * x[b] * x[b];
+                diagonal[b] = both * x[a] * x[a];
+                turn[usize::from(a > 1)] = -both * x[a] * x[b];
             }
         }
-        Curvature::Full(full)
+        Curvature::Limited { diagonal, normal: [0.0; 6], turn }
     }
 
     #[inline]
@@ -108,7 +122,7 @@ impl Cone {
             diagonal[j] = self.mu[j] * self.mu[j] * (plus + minus);
             first[j] = self.mu[j] * (plus - minus);
         }
-        if diagonal[0] == 0.0 { Curvature::Zero } else { Curvature::Arrow { diagonal, first } }
+        if diagonal[0] == 0.0 { Curvature::Zero } else { Curvature::Arrow { diagonal, first, square: 0.0 } }
     }
 
     fn curvature_of_ellipse(&self, x: &Spread) -> Curvature {
@@ -118,24 +132,15 @@ impl Cone {
             INSIDE => Curvature::Diagonal(self.d),
             _ => {
                 let (mu, dm) = (self.mu[0], self.middle());
-                let gap = n - mu * t;
-                // s = D'/2 g², g = N − μ̃T: s'' = D' (g' g'ᵀ + g g''), where T' = w, T'' = (μ² − w wᵀ) / T.
-                let mut w = [0.0; 6];
+                // s = D'/2 g², g = N − μ̃T: s'' = D' (g' g'ᵀ + g g''), where T' = w, wₖ = μₖ²xₖ/T, T'' = (μ² − w wᵀ) / T.
+                let (normal, turn) = (dm * mu * mu, -dm * mu * (n - mu * t) / t);
+                let (mut diagonal, mut first) = ([0.0; 6], [0.0; 6]);
+                diagonal[0] = normal;
                 for j in 1..self.dim {
-                    w[j] = self.mu[j] * self.mu[j] * x[j] / t;
+                    diagonal[j] = turn * self.mu[j] * self.mu[j];
+                    first[j] = -normal * self.mu[j] * self.mu[j] * x[j] / t;
                 }
-                let mut full = [[0.0; 6]; 6];
-                full[0][0] = dm * mu * mu;
-                for j in 1..self.dim {
-                    full[0][j] = -dm * mu * mu * w[j];
-                    full[j][0] = full[0][j];
-                    for k in 1..=j {
-                        let own = if j == k { self.mu[j] * self.mu[j] } else { 0.0 };
-                        full[j][k] = dm * mu * (mu * w[j] * w[k] - gap * (own - w[j] * w[k]) / t);
-                        full[k][j] = full[j][k];
-                    }
-                }
-                Curvature::Full(full)
+                Curvature::Arrow { diagonal, first, square: (normal - turn) / (normal * normal) }
             }
         }
     }

@@ -43,8 +43,6 @@ pub struct Constraint {
     pub force: [f64; 6],
     /// The force before a step, for methods that go back.
     pub start: [f64; 6],
-    /// Whether it leaves its piece: the normal, and each group of friction.
-    pub crosses: [bool; 4],
     /// What it lacks, for methods that know it.
     pub change: [f64; 6],
     /// The piece of the cost on which x is.
@@ -60,9 +58,20 @@ impl Constraint {
         (0..6).for_each(|k| self.offset[k] += self.bias[k]);
     }
 
+    /// Keeps where a step of `penalty` begins: its force, and in `x` the x that this law has in `y`.
+    pub fn start_here(&mut self) {
+        self.start = self.force;
+        self.x = self.y;
+    }
+
+    /// Makes the change of that x as many times as large.
+    pub fn stretch_x(&mut self, by: f64) {
+        (0..self.cone.dim).for_each(|k| self.y[k] = self.x[k] + by * (self.y[k] - self.x[k]));
+    }
+
     /// An acceleration without the rows that do not feel it.
     #[inline]
-    fn beyond_bias(&self, mut a: [f64; 6]) -> [f64; 6] {
+    pub fn beyond_bias(&self, mut a: [f64; 6]) -> [f64; 6] {
         if self.cone.frozen > 0 {
             a[self.cone.dim - self.cone.frozen..].fill(0.0);
         }

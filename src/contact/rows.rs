@@ -6,7 +6,7 @@
 //!     H = 1 + Wᵀ C W        C: one small matrix a constraint
 
 use super::block_factor::{BlockFactor, Shape};
-use super::curvature::Curvature;
+use super::curvature::{Curvature, TURNS};
 use super::six::Six;
 
 /// Unknowns of a free body, and of every smaller tree with its padding.
@@ -318,24 +318,28 @@ fn multiply_curvature(curvature: &Curvature, jac: &[f64], dim: usize, n: usize, 
                     (0..n).for_each(|i| out[i] = d * row[i]);
                 }
             }
-            Curvature::Arrow { diagonal, first } => {
+            Curvature::Arrow { diagonal, first, square } => {
                 let (own, others) = out.split_at_mut(n);
-                let normal = &jac[..n];
-                (0..n).for_each(|i| own[i] = diagonal[0] * normal[i]);
-                for (k, (out, row)) in (1..).zip(others.chunks_exact_mut(n).zip(jac[n..].chunks_exact(n))) {
-                    for i in 0..n {
-                        own[i] += first[k] * row[i];
-                        out[i] = diagonal[k] * row[i] + first[k] * normal[i];
-                    }
+                let (normal, rest) = jac.split_at(n);
+                own.fill(0.0);
+                for (row, first) in rest.chunks_exact(n).zip(&first[1..]) {
+                    (0..n).for_each(|i| own[i] += first * row[i]);
                 }
+                for (k, (out, row)) in (1..).zip(others.chunks_exact_mut(n).zip(rest.chunks_exact(n))) {
+                    (0..n).for_each(|i| out[i] = diagonal[k] * row[i] + first[k] * (normal[i] + square * own[i]));
+                }
+                (0..n).for_each(|i| own[i] += diagonal[0] * normal[i]);
             }
-            Curvature::Full(full) => {
-                for (k, out) in out.chunks_exact_mut(n).enumerate() {
-                    let row = &jac[k * n..][..n];
-                    (0..n).for_each(|i| out[i] = full[k][k] * row[i]);
-                    for j in (0..dim).filter(|&j| j != k && full[k][j] != 0.0) {
-                        let row = &jac[j * n..][..n];
-                        (0..n).for_each(|i| out[i] += full[k][j] * row[i]);
+            Curvature::Limited { diagonal, normal, turn } => {
+                let (own, others) = out.split_at_mut(n);
+                (0..n).for_each(|i| own[i] = diagonal[0] * jac[i]);
+                for (k, (out, row)) in (1..).zip(others.chunks_exact_mut(n).zip(jac[n..].chunks_exact(n))) {
+                    (0..n).for_each(|i| out[i] = diagonal[k] * row[i] + normal[k] * jac[i]);
+                }
+                for ([k, l], turn) in TURNS.into_iter().zip(turn).filter(|([_, l], turn)| *l < dim && **turn != 0.0) {
+                    for i in 0..n {
+                        out[k * n + i] += turn * jac[l * n + i];
+                        out[l * n + i] += turn * jac[k * n + i];
                     }
                 }
             }

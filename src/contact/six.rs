@@ -5,7 +5,7 @@
 //! instead of 3,400, of which half are for filling H).
 
 use super::block_factor::Shape;
-use super::curvature::Curvature;
+use super::curvature::{Curvature, TURNS};
 use super::rows::{Row, SIX};
 
 /// H, or its factors: H = L U, L below the diagonal (with ones on it), U above, the inverse of U's diagonal on it.
@@ -33,19 +33,29 @@ impl Six {
                     *product = row.map(|w| d * w);
                 }
             }
-            Curvature::Arrow { diagonal, first } => {
+            Curvature::Arrow { diagonal, first, square } => {
                 let Some((normal, rest)) = w.split_first() else { return };
-                let mut sum = normal.map(|w| diagonal[0] * w);
-                for (k, row) in rest.iter().enumerate().map(|(k, row)| (k + 1, row)) {
-                    (0..SIX).for_each(|i| sum[i] += first[k] * row[i]);
-                    products[k] = std::array::from_fn(|i| diagonal[k] * row[i] + first[k] * normal[i]);
+                let mut sum = [0.0; SIX];
+                for (row, first) in rest.iter().zip(&first[1..]) {
+                    (0..SIX).for_each(|i| sum[i] += first * row[i]);
                 }
-                products[0] = sum;
+                products[0] = std::array::from_fn(|i| diagonal[0] * normal[i] + sum[i]);
+                let both: Row = std::array::from_fn(|i| normal[i] + square * sum[i]);
+                for (k, row) in (1..).zip(rest) {
+                    products[k] = std::array::from_fn(|i| diagonal[k] * row[i] + first[k] * both[i]);
+                }
             }
-            Curvature::Full(full) => {
-                for (product, c) in products.iter_mut().zip(full).take(w.len()) {
-                    for (row, c) in w.iter().zip(c).filter(|(_, c)| **c != 0.0) {
-                        (0..SIX).for_each(|i| product[i] += c * row[i]);
+            Curvature::Limited { diagonal, normal, turn } => {
+                for (k, (product, row)) in products.iter_mut().zip(w).enumerate() {
+                    *product = row.map(|w| diagonal[k] * w);
+                    if k > 0 {
+                        (0..SIX).for_each(|i| product[i] += normal[k] * w[0][i]);
+                    }
+                }
+                for ([k, l], turn) in TURNS.into_iter().zip(turn).filter(|([_, l], _)| *l < w.len()) {
+                    for i in 0..SIX {
+                        products[k][i] += turn * w[l][i];
+                        products[l][i] += turn * w[k][i];
                     }
                 }
             }
@@ -138,14 +148,15 @@ mod tests {
         let w: [Row; SIX] = from_fn(|k| from_fn(|i| number(7 * k + i)));
         let diagonal = from_fn(|k| 2.0 + number(k));
         let first = from_fn(|k| if k == 0 { 0.0 } else { 0.3 * number(k) });
-        let skew = |part: f64| {
-            Curvature::Full(from_fn(|k| {
-                from_fn(|j| if k == j { 3.0 } else { 0.2 * number(k + j) + part * number(6 * k + j) })
-            }))
-        };
-        let symmetric =
-            [Curvature::Zero, Curvature::Diagonal(diagonal), Curvature::Arrow { diagonal, first }, skew(0.0)];
-        for (shape, last) in [(Shape::Symmetric, skew(0.0)), (Shape::General, skew(0.2))] {
+        let limited =
+            |normal: f64| Curvature::Limited { diagonal, normal: first.map(|x| normal * x), turn: [0.2, -0.3] };
+        let symmetric = [
+            Curvature::Zero,
+            Curvature::Diagonal(diagonal),
+            Curvature::Arrow { diagonal, first, square: 0.4 },
+            limited(0.0),
+        ];
+        for (shape, last) in [(Shape::Symmetric, limited(0.0)), (Shape::General, limited(0.9))] {
             let (mut six, mut dense) = (Six::default(), Mat6::identity());
             six.unit();
             for (curvature, dim) in symmetric.iter().chain([&last]).zip([6, 1, 6, 3, 6]) {

@@ -272,7 +272,7 @@ fn direction(task: &Task, island: &mut Island, inner: &mut [Interior], to: Optio
 /// C and e of one constraint.
 fn linearise(c: &Constraint, inner: &mut Interior, to: Option<f64>) -> (Curvature, [f64; 6]) {
     let Constraint { cone, force, y: x, .. } = c;
-    let (mut e, mut full) = ([0.0; 6], [[0.0; 6]; 6]);
+    let (mut e, mut diagonal, mut normal, mut turn) = ([0.0; 6], [0.0; 6], [0.0; 6], [0.0; 2]);
     if cone.kind == Kind::TwoSided {
         (0..cone.dim).for_each(|k| e[k] = -(cone.d[k] * x[k] + force[k]));
         return (Curvature::Diagonal(cone.d), e);
@@ -282,7 +282,7 @@ fn linearise(c: &Constraint, inner: &mut Interior, to: Option<f64>) -> (Curvatur
         // y δn + n (δx + δn/D) = τ − n y
         let over = inner.y + n / cone.d[0];
         e[0] = (to.map_or(0.0, |tau| tau - dn * inner.change_y) - n * inner.y) / over;
-        full[0][0] = n / over;
+        diagonal[0] = n / over;
     }
     for (i, rows, stiff) in groups(cone) {
         let group = &mut inner.groups[i];
@@ -314,16 +314,17 @@ fn linearise(c: &Constraint, inner: &mut Interior, to: Option<f64>) -> (Curvatur
             e[k] = mu(cone, k) * still[j];
             if pushes(cone) {
                 e[k] += mu(cone, k) * follows[j] * e[0];
-                full[k][0] = mu(cone, k) * follows[j] * full[0][0];
+                normal[k] = mu(cone, k) * follows[j] * diagonal[0];
             }
             if cone.frozen == 0 {
-                for (column, l) in columns.iter().zip(rows.clone()) {
-                    full[k][l] = mu(cone, k) * mu(cone, l) * column[j];
-                }
+                diagonal[k] = mu(cone, k) * mu(cone, k) * columns[j][j];
             }
         }
+        if cone.frozen == 0 && rows.len() == 2 {
+            turn[usize::from(rows.start > 1)] = mu(cone, rows.start) * mu(cone, rows.start + 1) * columns[0][1];
+        }
     }
-    (Curvature::Full(full), e)
+    (Curvature::Limited { diagonal, normal, turn }, e)
 }
 
 /// The part of the step on which all inequalities hold; may be more than 1.

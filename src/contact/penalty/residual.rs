@@ -32,14 +32,21 @@ pub fn accelerate(island: &mut Island) {
 
 /// The residual, where w is in `p`.
 pub fn misfit(island: &mut Island) -> f64 {
-    let (mut most, mut scale) = (0.0f64, 0.0f64);
     island.multiply_p(|c, _, product| {
         let x = c.at(product);
         c.y[..6].copy_from_slice(&x);
+    });
+    judge(island)
+}
+
+/// The residual, where w is in `p` and x in `y`.
+pub fn judge(island: &mut Island) -> f64 {
+    let (mut most, mut scale) = (0.0f64, 0.0f64);
+    for c in &mut island.constraints {
         c.change = wish(&c.cone, &c.y, &c.force, &c.inverse);
         most = lacks(c).fold(most, f64::max);
         scale = scale.max(size(c));
-    });
+    }
     match most / scale {
         _ if island.p.iter().any(|p| !p.is_finite()) => f64::INFINITY,
         _ if most == 0.0 => 0.0,
@@ -270,8 +277,8 @@ pub fn linearise(c: &Constraint) -> (Curvature, [f64; 6]) {
         }
         return (Curvature::Diagonal(diagonal), e);
     }
-    let mut full = [[0.0; 6]; 6];
-    full[0][0] = d;
+    let (mut diagonal, mut normal, mut turns) = ([0.0; 6], [0.0; 6], [0.0; 2]);
+    diagonal[0] = d;
     let next = force[0] + e[0];
     for (slip, group) in piece.slips.iter().zip(cone.groups()) {
         let stiff = cone.d[group.start];
@@ -280,9 +287,8 @@ pub fn linearise(c: &Constraint) -> (Curvature, [f64; 6]) {
         }
         let Some(Slip { u, slack }) = slip else {
             for k in group {
-                let mu = cone.mu[k];
-                e[k] = -stiff * mu * mu * x[k] - force[k];
-                full[k][k] = stiff * mu * mu;
+                diagonal[k] = stiff * cone.mu[k] * cone.mu[k];
+                e[k] = -diagonal[k] * x[k] - force[k];
             }
             continue;
         };
@@ -293,12 +299,13 @@ pub fn linearise(c: &Constraint) -> (Curvature, [f64; 6]) {
         for (i, k) in group.clone().enumerate() {
             let mu = cone.mu[k];
             e[k] = mu * (next * u[i] - turn * (sigma[i] - along * u[i]) - s[i]);
-            full[k][0] = mu * u[i] * d;
-            for (j, l) in group.clone().enumerate() {
-                let own = if i == j { 1.0 } else { 0.0 };
-                full[k][l] = mu * cone.mu[l] * turn * (own - u[i] * u[j]);
-            }
+            normal[k] = mu * u[i] * d;
+            diagonal[k] = mu * mu * turn * (1.0 - u[i] * u[i]);
+        }
+        if group.len() == 2 {
+            let [a, b] = [group.start, group.start + 1];
+            turns[usize::from(a > 1)] = -cone.mu[a] * cone.mu[b] * turn * u[0] * u[1];
         }
     }
-    (Curvature::Full(full), e)
+    (Curvature::Limited { diagonal, normal, turn: turns }, e)
 }

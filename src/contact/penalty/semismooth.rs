@@ -17,7 +17,7 @@ use super::super::curvature::Curvature;
 use super::super::island::Island;
 use super::super::newton::Constraint;
 use super::TOLERANCE;
-use super::residual::{Piece, Slip, accelerate, lacks, linearise, misfit, norm, scaled, slips};
+use super::residual::{Piece, Slip, accelerate, judge, lacks, linearise, misfit, norm, residual, scaled, slips};
 use crate::data::Outcome;
 
 /// Takes at most `most` steps from the forces that the constraints have, as long as each leaves at most half of the least
@@ -30,7 +30,7 @@ pub fn solve(task: &Task, island: &mut Island, mut least: f64, most: usize) -> O
         outcome.iterations += 1;
         island.constraints.iter_mut().for_each(|c| c.piece = Piece::of_wish(c));
         step(task, island);
-        outcome.residual = misfit(island);
+        outcome.residual = judge(island);
         if outcome.residual <= TOLERANCE || outcome.residual > 0.5 * least || outcome.residual == f64::INFINITY {
             break;
         }
@@ -55,13 +55,13 @@ pub fn descend(task: &Task, island: &mut Island, residual: f64, most: usize) -> 
     while outcome.iterations < most {
         outcome.iterations += 1;
         for c in &mut island.constraints {
-            c.start = c.force;
+            c.start_here();
             c.piece = Piece::of_wish(c);
         }
         let Island { w, p, .. } = island;
         w.copy_from_slice(p);
         step(task, island);
-        outcome.residual = misfit(island);
+        outcome.residual = judge(island);
         let (mut part, mut left) = (1.0, lack(&island.constraints));
         let lessens = |part: f64, left: f64| left <= (1.0 - LESSENED * part) * least;
         while outcome.residual > TOLERANCE && !lessens(part, left) && part > SHORTEST {
@@ -98,8 +98,9 @@ fn stretch(island: &mut Island, by: f64) -> f64 {
     p.iter_mut().zip(w).for_each(|(p, w)| *p = *w + by * (*p - *w));
     for c in constraints {
         (0..c.cone.dim).for_each(|k| c.force[k] = c.start[k] + by * (c.force[k] - c.start[k]));
+        c.stretch_x(by);
     }
-    misfit(island)
+    judge(island)
 }
 
 /// Of a step of [`descend`]. Without a watchdog, in 500 steps of a falling heap of 30 shapes, a quarter takes 18,955 linear systems,
@@ -130,11 +131,11 @@ pub fn follow(task: &Task, island: &mut Island, most: usize) -> Outcome {
     island.constraints.iter_mut().for_each(|c| c.piece = Piece::of_forces(c));
     while outcome.iterations < most {
         outcome.iterations += 1;
-        island.constraints.iter_mut().for_each(|c| c.start = c.force);
+        island.constraints.iter_mut().for_each(Constraint::start_here);
         let Island { w, p, .. } = island;
         w.copy_from_slice(p);
         step(task, island);
-        outcome.residual = misfit(island);
+        outcome.residual = judge(island);
         if outcome.residual <= TOLERANCE || outcome.residual == f64::INFINITY {
             break;
         }
@@ -156,14 +157,10 @@ pub fn follow(task: &Task, island: &mut Island, most: usize) -> Outcome {
                 crosses[place] = own <= share + SAME;
             });
             advance(c, share);
-            c.crosses = crosses;
-        }
-        misfit(island);
-        for c in &mut island.constraints {
-            if c.crosses[0] {
+            c.stretch_x(share);
+            if crosses[0] {
                 cross(c, What::Normal);
             } else {
-                let crosses = c.crosses;
                 (0..3).filter(|i| crosses[1 + i]).for_each(|i| cross(c, What::Group(i)));
             }
         }
@@ -309,7 +306,7 @@ fn touching(c: &Constraint, i: usize) -> Option<Slip> {
     (slack > 0.0 && c.cone.d[group.start] != 0.0).then(|| Slip { u: sigma.map(|s| -s / slack), slack })
 }
 
-/// One linear system: w' = w + δw = Wᵀ (f + δf), δf = e − C W δw. Reads w in `p`, and leaves it there;
+/// One linear system: w' = w + δw = Wᵀ (f + δf), δf = e − C W δw. Reads w in `p` and x in `y`, and leaves them there;
 /// needs `gradient`.
 fn step(task: &Task, island: &mut Island) {
     island.curvatures.clear();
@@ -317,8 +314,8 @@ fn step(task: &Task, island: &mut Island) {
     for c in &mut island.constraints {
         let curvature;
         (curvature, c.change) = linearise(c);
-        if let Curvature::Full(full) = &curvature
-            && (1..c.cone.dim).any(|k| full[k][0] != 0.0)
+        if let Curvature::Limited { normal, .. } = &curvature
+            && *normal != [0.0; 6]
         {
             shape = Shape::General;
         }
@@ -335,6 +332,8 @@ fn step(task: &Task, island: &mut Island) {
         island.multiply_p(|c, curvature, product| {
             let less = curvature.times(&product, c.cone.dim);
             (0..c.cone.dim).for_each(|k| c.force[k] -= less[k]);
+            let product = c.beyond_bias(product);
+            (0..c.cone.dim).for_each(|k| c.y[k] += product[k]);
         });
         accelerate(island);
         // What stiff rows have left of w' = Wᵀ f'.
@@ -349,7 +348,7 @@ fn step(task: &Task, island: &mut Island) {
         p.iter_mut().zip(w).for_each(|(p, w)| *p -= *w);
         island.divide_p(task);
     }
-    accelerate(island);
+    residual(island);
 }
 
 /// Solutions of one linear system at most, each with what the one before has left (iterative refinement): stiff rows, whose C is
