@@ -389,6 +389,10 @@ impl<'a> Reader<'a> {
             None => (named("site"), None),
         };
         let absent = item.row.attribute("site").is_some() && !item.given("site");
+        if absent && item.row.attribute("camera").is_some() && !item.given("camera") {
+            let kind = ProblemKind::MissingAttribute { element: element.to_string(), attribute: "site".into() };
+            self.report(kind, self.document.span(node));
+        }
         let unmeasured =
             absent || item.yes("enclosed") || item.word("data") != item.row.attribute("data").map_or("", |c| c.default);
         let camera = [Some(&object), reference.as_ref()].into_iter().flatten().any(|(of, _)| of == "camera");

@@ -86,6 +86,53 @@ fn every_default_of_the_schema_fits_its_own_column() {
     }
 }
 
+/// MuJoCo 4.0.0 refuses the first of each and reads the second.
+#[test]
+fn what_changes_no_motion_is_checked_like_the_rest() {
+    let body = |inside: &str| format!("<worldbody><body><joint/><geom size='0.1'/>{inside}</body></worldbody>");
+    let cases = [
+        ("<option ls_iterations='1.5'/>", "<option ls_iterations='1'/>", "not-an-integer"),
+        ("<option ccd_tolerance='1e-6 1'/>", "<option ccd_tolerance='1e-6'/>", "wrong-count"),
+        ("<compiler usethread='yes'/>", "<compiler usethread='false'/>", "unknown-keyword"),
+        (
+            "<compiler><lengthrange mode='al'/></compiler>",
+            "<compiler><lengthrange mode='all'/></compiler>",
+            "unknown-keyword",
+        ),
+        ("<size nconmax='many'/>", "<size nconmax='100'/>", "not-an-integer"),
+        ("<statistic extent='0'/>", "<statistic extent='2' center='0 0 1'/>", "out-of-range"),
+        ("<visual><global offwidth='1e3'/></visual>", "<visual><global offwidth='1000'/></visual>", "not-an-integer"),
+        (
+            "<visual><headlight ambient='.1 .1'/></visual>",
+            "<visual><headlight ambient='.1 .1 .1'/></visual>",
+            "wrong-count",
+        ),
+        ("<visual><map zfar='far'/></visual>", "<visual><map zfar='inf'/></visual>", "not-a-number"),
+        ("<visual><rgba fog='1 0 0'/></visual>", "<visual><rgba fog='1 0 0 1'/></visual>", "wrong-count"),
+        (
+            "<asset><texture name='t' builtin='cheker' width='8' height='8'/></asset>",
+            "<asset><texture name='t' type='2d' builtin='checker' rgb1='1 0 0' width='8' height='8'/></asset>",
+            "unknown-keyword",
+        ),
+        (
+            "<asset><material name='m' shininess='high'/></asset>",
+            "<asset><material name='m' rgba='1 0 0 1'/></asset>",
+            "not-a-number",
+        ),
+        (&body("<light pos='0 0'/>"), &body("<light pos='0 0 1' dir='0 0 -1' type='directional'/>"), "wrong-count"),
+        (&body("<camera resolution='640'/>"), &body("<camera resolution='640 480'/>"), "wrong-count"),
+        (&body("<site rgba='1 0 0'/>"), &body("<site rgba='1 0 0 1' group='2'/>"), "wrong-count"),
+        (&body("<joint group='a' axis='1 0 0'/>"), &body("<joint group='1' axis='1 0 0'/>"), "not-an-integer"),
+        ("<sensor><rangefinder/></sensor>", "<sensor><clock interval='0.1'/></sensor>", "missing-attribute"),
+    ];
+    for (wrong, right, kind) in cases {
+        let check = |inside: &str| penny::parse("scene.xml", &format!("<mujoco>{inside}</mujoco>"));
+        assert!(check(right).is_ok(), "{right}");
+        let Err(failure) = check(wrong) else { panic!("{wrong} is not refused") };
+        assert!(failure.to_string().contains(kind), "{wrong}\n{failure}");
+    }
+}
+
 #[test]
 fn warnings_of_numbers_say_what_the_physics_makes_of_them() {
     let solimp = "2 -1 -0.5 7 0.1";
