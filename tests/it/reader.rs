@@ -133,6 +133,39 @@ fn what_changes_no_motion_is_checked_like_the_rest() {
     }
 }
 
+/// What MuJoCo 4.0.0 takes of two things to act on, each the last in its order.
+#[test]
+fn an_actuator_acts_on_what_mujoco_takes_and_the_rest_is_told() {
+    let targets = [
+        ("joint", "joint='j'"),
+        ("jointinparent", "jointinparent='j'"),
+        ("tendon", "tendon='t'"),
+        ("cranksite", "cranksite='s' slidersite='r' cranklength='1'"),
+        ("site", "site='s'"),
+    ];
+    for (i, (lesser, ignored)) in targets.iter().enumerate() {
+        for (_, taken) in targets[i + 1..].iter().filter(|(name, _)| (*lesser, *name) != ("cranksite", "site")) {
+            let scene = |target: &str| {
+                let text = format!(
+                    "<mujoco><worldbody><body><joint name='j'/><geom size='0.1' pos='0.2 0 0'/><site name='s'/>
+                     <site name='r' pos='0.1 0 0'/></body></worldbody>
+                     <tendon><fixed name='t'><joint joint='j' coef='1'/></fixed></tendon>
+                     <actuator><general {target}/></actuator></mujoco>"
+                );
+                penny::parse("scene.xml", &text).unwrap_or_else(|failure| panic!("{failure}"))
+            };
+            let (both, alone) = (scene(&format!("{ignored} {taken}")), scene(taken));
+            assert_eq!(
+                both.model.actuators[0].transmission, alone.model.actuators[0].transmission,
+                "{ignored} {taken}"
+            );
+            let report = mjcf::render(&both.document, &both.warnings, false);
+            assert!(report.contains(&format!("`{lesser}` is ignored")), "{report}");
+            assert!(alone.warnings.is_empty());
+        }
+    }
+}
+
 #[test]
 fn warnings_of_numbers_say_what_the_physics_makes_of_them() {
     let solimp = "2 -1 -0.5 7 0.1";
