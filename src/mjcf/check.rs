@@ -449,12 +449,14 @@ impl<'a> Check<'a> {
                 _ => String::new(),
             },
         };
+        // `wheel3` is not `wheel2` misspelt: it is missing.
+        let unnumbered = |name: &str| name.replace(|c: char| c.is_ascii_digit(), "");
+        let near = near.filter(|near| unnumbered(near) != unnumbered(name)).map(str::to_string);
         let name = name.to_string();
         let kind = match what {
             CLASS => ProblemKind::UnknownClass { name },
             _ => ProblemKind::UnknownReference { what: what.into(), name },
         };
-        let near = near.map(str::to_string);
         let problem = Problem::new(kind, span).replace(span, near.as_deref());
         self.problems.push(if help.is_empty() { problem } else { problem.help(help) });
     }

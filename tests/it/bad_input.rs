@@ -310,6 +310,11 @@ fn a_fix_mends_what_is_misspelt_and_not_what_refers_to_it() {
         let failure = penny::parse("scene.xml", &wrong).expect_err(bad);
         assert_eq!(mjcf::fixed(&failure.document, &failure.problems)[0].text, right, "{bad}");
     }
+    // What differs in its number only is missing, not misspelt.
+    let failure = penny::parse("scene.xml", &right.replace("joint='j2'", "joint='j3'")).expect_err("j3");
+    assert!(
+        failure.to_string().contains("did you mean") && mjcf::fixed(&failure.document, &failure.problems).is_empty()
+    );
     // Where nobody knows what was meant, or what it is named is missing in Penny, the reference is not judged.
     for (good, bad) in [("<joint name='j1'", "<zzz name='j1'"), ("<motor name='m1'", "<muscle name='m1'")] {
         let failure = penny::parse("scene.xml", &right.replace(good, bad)).expect_err(bad);
