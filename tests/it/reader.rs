@@ -166,6 +166,31 @@ fn an_actuator_acts_on_what_mujoco_takes_and_the_rest_is_told() {
     }
 }
 
+/// As MuJoCo 4.0.0: a range that is inherited limits where one that is given would.
+#[test]
+fn what_is_limited_is_limited_by_an_inherited_range_as_by_its_own() {
+    let read = |compiler: &str, tendon: &str, servo: &str| {
+        let text = format!(
+            "<mujoco><compiler {compiler}/><worldbody><body><joint name='j' type='slide' limited='true' range='-1 3'/>
+             <geom size='.1'/></body></worldbody><tendon><fixed {tendon}><joint joint='j' coef='1'/></fixed></tendon>
+             <actuator><position joint='j' {servo}/></actuator></mujoco>"
+        );
+        penny::parse("scene.xml", &text).map(|scene| scene.model.actuators[0].ctrlrange).map_err(|e| e.to_string())
+    };
+    let (half, manual) = (Some([0.0, 2.0]), "autolimits='false'");
+    assert_eq!(read("", "", "inheritrange='.5'"), Ok(half));
+    assert_eq!(read("", "", "inheritrange='.5' ctrllimited='true'"), Ok(half));
+    assert_eq!(read("", "", "inheritrange='.5' ctrllimited='false'"), Ok(None));
+    assert_eq!(read(manual, "", "inheritrange='.5' ctrllimited='true'"), Ok(half));
+    for refused in [
+        read(manual, "", "inheritrange='.5'"),
+        read("", "actuatorfrclimited='true'", ""),
+        read("", "actuatorfrclimited='true' actuatorfrcrange='0 0'", ""),
+    ] {
+        assert!(refused.is_err_and(|why| why.contains("limited")));
+    }
+}
+
 #[test]
 fn warnings_of_numbers_say_what_the_physics_makes_of_them() {
     let solimp = "2 -1 -0.5 7 0.1";
