@@ -122,6 +122,7 @@ fn what_changes_no_motion_is_checked_like_the_rest() {
         (&body("<light pos='0 0'/>"), &body("<light pos='0 0 1' dir='0 0 -1' type='directional'/>"), "wrong-count"),
         (&body("<camera resolution='640'/>"), &body("<camera resolution='640 480'/>"), "wrong-count"),
         (&body("<site rgba='1 0 0'/>"), &body("<site rgba='1 0 0 1' group='2'/>"), "wrong-count"),
+        (&body("<site type='mesh'/>"), &body("<site type='box'/>"), "missing-attribute"),
         (&body("<joint group='a' axis='1 0 0'/>"), &body("<joint group='1' axis='1 0 0'/>"), "not-an-integer"),
         ("<sensor><rangefinder/></sensor>", "<sensor><clock interval='0.1'/></sensor>", "missing-attribute"),
     ];
@@ -182,7 +183,17 @@ fn what_is_limited_is_limited_by_an_inherited_range_as_by_its_own() {
     assert_eq!(read("", "", "inheritrange='.5' ctrllimited='true'"), Ok(half));
     assert_eq!(read("", "", "inheritrange='.5' ctrllimited='false'"), Ok(None));
     assert_eq!(read(manual, "", "inheritrange='.5' ctrllimited='true'"), Ok(half));
+    let joint = |attributes: &str| {
+        let text = format!(
+            "<mujoco><compiler {manual}/><worldbody><body><joint {attributes}/><geom size='.1' pos='1 0 0'/></body></worldbody></mujoco>"
+        );
+        penny::parse("scene.xml", &text).map(|_| None).map_err(|e| e.to_string())
+    };
+    assert_eq!(joint("range='0 0' actuatorfrcrange='0 0'"), Ok(None));
     for refused in [
+        joint("range='1 1'"),
+        joint("range='1 -1'"),
+        joint("actuatorfrcrange='1 1'"),
         read(manual, "", "inheritrange='.5'"),
         read("", "actuatorfrclimited='true'", ""),
         read("", "actuatorfrclimited='true' actuatorfrcrange='0 0'", ""),
