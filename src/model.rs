@@ -285,7 +285,7 @@ pub struct Dof {
     pub joint: usize,
     /// The body that it belongs to.
     pub body: usize,
-    /// N s/m or N m s/rad
+    /// N s/m or N m s/rad; with what actuators give it ([`Actuator::rotor`]), as its armature.
     pub damping: f64,
     /// Added to the diagonal of the inertia matrix: kg or kg m².
     pub armature: f64,

@@ -161,6 +161,8 @@ impl MjModel {
         if changes.is_empty() {
             return Ok(());
         }
+        // Last what actuators give to joints and tendons, which the edit finds anew from what these have.
+        changes.sort_by_key(|(field, ..)| FIELDS[*field].name.starts_with("actuator_"));
         let mut refused = None;
         let result = Arc::make_mut(&mut self.model).edit(|parts| {
             for (field, row, values) in &changes {

@@ -1,7 +1,9 @@
 //! The arrays of `MjModel`: name, shape, where the numbers are, and what a write changes.
 
 use penny::math::{Quat, Vec3, quat, vec3, wxyz};
-use penny::model::{Activation, CameraMode, EqualityKind, JointKind, Model, Object, Parts, SensorKind, Transmission};
+use penny::model::{
+    Activation, Actuator as Drive, CameraMode, EqualityKind, JointKind, Model, Object, Parts, SensorKind, Transmission,
+};
 use penny::quantities;
 
 use crate::values::Type::{self, Flag, Int, Real, Single};
@@ -133,6 +135,21 @@ fn three(v: &[f64], to: &mut [f64; 3]) -> Result<(), &'static str> {
     }
     to.copy_from_slice(&v[..3]);
     Ok(())
+}
+
+/// Damping and armature that actuators give what they move: MuJoCo's arrays have them apart, a model's joints and tendons with
+/// their own.
+fn rotor(m: &Parts, moves: impl Fn(Transmission) -> bool) -> [f64; 2] {
+    let given = m.actuators.iter().filter(|a| moves(a.transmission)).map(Drive::rotor);
+    given.fold([0.0; 2], |sum, more| [sum[0] + more[0], sum[1] + more[1]])
+}
+
+fn dof_rotor(m: &Parts, i: usize) -> [f64; 2] {
+    rotor(m, |t| matches!(t, Transmission::Joint(j) | Transmission::JointInParent(j) if m.joints[j].dofadr == i))
+}
+
+fn tendon_rotor(m: &Parts, i: usize) -> [f64; 2] {
+    rotor(m, |t| matches!(t, Transmission::Tendon(of) if of == i))
 }
 
 /// Type and id of what a sensor is about, MuJoCo's numbers.
@@ -428,9 +445,9 @@ pub const FIELDS: &[Field] = &[
         "dof_damping",
         Dof,
         One,
-        |m, i| vec![m.dofs[i].damping],
+        |m, i| vec![m.dofs[i].damping - dof_rotor(m, i)[0]],
         |m, i, v| {
-            m.dofs[i].damping = v[0];
+            m.dofs[i].damping = v[0] + dof_rotor(m, i)[0];
             Ok(())
         },
     ),
@@ -438,9 +455,9 @@ pub const FIELDS: &[Field] = &[
         "dof_armature",
         Dof,
         One,
-        |m, i| vec![m.dofs[i].armature],
+        |m, i| vec![m.dofs[i].armature - dof_rotor(m, i)[1]],
         |m, i, v| {
-            m.dofs[i].armature = v[0];
+            m.dofs[i].armature = v[0] + dof_rotor(m, i)[1];
             Ok(())
         },
     ),
@@ -676,6 +693,26 @@ pub const FIELDS: &[Field] = &[
         },
     ),
     field(
+        "actuator_damping",
+        Actuator,
+        One,
+        |m, i| vec![m.actuators[i].damping],
+        |m, i, v| {
+            m.actuators[i].damping = v[0];
+            Ok(())
+        },
+    ),
+    field(
+        "actuator_armature",
+        Actuator,
+        One,
+        |m, i| vec![m.actuators[i].armature],
+        |m, i, v| {
+            m.actuators[i].armature = v[0];
+            Ok(())
+        },
+    ),
+    field(
         "actuator_gainprm",
         Actuator,
         Many(10),
@@ -781,9 +818,9 @@ pub const FIELDS: &[Field] = &[
         "tendon_armature",
         Tendon,
         One,
-        |m, i| vec![m.tendons[i].armature],
+        |m, i| vec![m.tendons[i].armature - tendon_rotor(m, i)[1]],
         |m, i, v| {
-            m.tendons[i].armature = v[0];
+            m.tendons[i].armature = v[0] + tendon_rotor(m, i)[1];
             Ok(())
         },
     ),
@@ -801,9 +838,9 @@ pub const FIELDS: &[Field] = &[
         "tendon_damping",
         Tendon,
         One,
-        |m, i| vec![m.tendons[i].damping[0]],
+        |m, i| vec![m.tendons[i].damping[0] - tendon_rotor(m, i)[0]],
         |m, i, v| {
-            m.tendons[i].damping[0] = v[0];
+            m.tendons[i].damping[0] = v[0] + tendon_rotor(m, i)[0];
             Ok(())
         },
     ),

@@ -124,6 +124,41 @@ def test_what_is_written_takes_effect_at_the_next_step(law, key, text, field, ro
     assert not np.array_equal(data.qpos, untouched.qpos)
 
 
+ROTORS = """
+<mujoco>
+  <worldbody>
+    <body><joint name="j" damping="1" armature="0.5"/><geom size="0.1" pos="0.2 0 0"/></body>
+    <body pos="1 0 0"><joint name="k" type="slide"/><geom size="0.1"/></body>
+  </worldbody>
+  <tendon><fixed name="t" damping="0.5" armature="0.25"><joint joint="k" coef="2"/></fixed></tendon>
+  <actuator>
+    <motor joint="j" gear="2" damping="3" armature="0.25"/>
+    <motor tendon="t" gear="0.5" damping="2" armature="1"/>
+  </actuator>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize("gear", [None, 0.25])
+def test_damping_and_armature_of_actuators_are_apart_from_those_of_joints_and_tendons(gear):
+    seen = []
+    for module in (mujoco, penny):
+        m = module.MjModel.from_xml_string(ROTORS)
+        d = module.MjData(m)
+        fields = [f"{of}_{what}" for of in ("dof", "tendon", "actuator") for what in ("damping", "armature")]
+        seen.append([getattr(m, field).copy() for field in fields])
+        if gear:
+            m.actuator_gear[:, 0] = gear
+        m.dof_damping[0], m.dof_armature[0] = 0.25, 0
+        m.tendon_damping[0], m.tendon_armature[0] = 0, 0.5
+        m.actuator_armature[0] = 2
+        d.qvel[:] = 1
+        module.mj_forward(m, d)
+        seen[-1] += [getattr(m, field).copy() for field in fields] + [d.qfrc_passive.copy(), d.qacc.copy()]
+    for theirs, ours in zip(*seen):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-14, atol=1e-15)
+
+
 def test_a_view_of_an_array_is_watched_after_the_array_is_gone():
     m = penny.MjModel.from_xml_string(BALL.format(**USUAL))
     d = penny.MjData(m)

@@ -23,15 +23,17 @@ pub fn actuators(world: &World, tendons: &[Tendon], spec: &Spec, log: &mut Log) 
     let mut na = 0;
     for a in &spec.actuators {
         let autolimits = spec.compiler.autolimits;
-        let mut ctrlrange = range(a, "ctrlrange", a.ctrlrange, a.ctrllimited, autolimits, log);
-        let forcerange = range(a, "forcerange", a.forcerange, a.forcelimited, autolimits, log);
-        let mut actrange = range(a, "actrange", a.actrange, a.actlimited, autolimits, log);
-        let Some(transmission) = targets.transmission(a, log) else { continue };
+        let transmission = targets.transmission(a, log);
+        let (mut ctrlrange, mut actrange) = (a.ctrlrange, a.actrange);
         // A `general` may have it from the class of a servo without being one.
-        if a.inheritrange > 0.0 && a.gain == [-a.bias[1], 0.0, 0.0] {
+        if let Some(transmission) = transmission.filter(|_| a.inheritrange > 0.0 && a.gain == [-a.bias[1], 0.0, 0.0]) {
             let inherited = inherited(world, tendons, a, transmission, log);
             *(if a.activation == Activation::Integrator { &mut actrange } else { &mut ctrlrange }) = inherited;
         }
+        let ctrlrange = range(a, "ctrlrange", ctrlrange, a.ctrllimited, autolimits, log);
+        let forcerange = range(a, "forcerange", a.forcerange, a.forcelimited, autolimits, log);
+        let actrange = range(a, "actrange", actrange, a.actlimited, autolimits, log);
+        let Some(transmission) = transmission else { continue };
         if (a.damping, a.armature) != (0.0, 0.0) {
             check_rotor(world, tendons, a, transmission, log);
         }

@@ -271,7 +271,7 @@ fn force_range(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log) ->
         let help = "give the smaller number first";
         log.value_error(joint.node, "actuatorfrcrange", ProblemKind::RangeEmpty { low, high }, help);
     }
-    if joint.actuatorfrclimited.is_none() && limited && !compiler.autolimits {
+    if joint.actuatorfrclimited.is_none() && [low, high] != [0.0, 0.0] && !compiler.autolimits {
         let help = "say whether it is limited, or drop `autolimits=\"false\"` from `<compiler>`";
         log.value_error(joint.node, "actuatorfrcrange", ProblemKind::RangeWithoutLimited, help);
     }
@@ -299,14 +299,15 @@ fn anchor_and_axis(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log
 fn range(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log) -> Option<[f64; 2]> {
     let held = joint.kind == JointKind::Ball && joint.limited == Some(true);
     let given = if held { Some(joint.range.unwrap_or_default()) } else { joint.range };
-    let [low, high] = given.filter(|[low, high]| held || low < high)?;
     if joint.kind == JointKind::Free || joint.limited == Some(false) {
         return None;
     }
-    if joint.limited.is_none() && !compiler.autolimits {
+    // Also where it is empty; 0 0 is none.
+    if joint.limited.is_none() && !compiler.autolimits && given.is_some_and(|range| range != [0.0, 0.0]) {
         let help = "write `limited=\"true\"`, or drop `autolimits=\"false\"` from `<compiler>`";
         log.value_error(joint.node, "range", ProblemKind::RangeWithoutLimited, help);
     }
+    let [low, high] = given.filter(|[low, high]| held || low < high)?;
     if joint.kind == JointKind::Ball && low != 0.0 {
         let help = format!("a ball joint is limited by its angle alone: \"0 {high}\"");
         log.value_error(joint.node, "range", ProblemKind::BallRangeStart { low }, help);

@@ -42,7 +42,9 @@ fn tendon(world: &World, names: &Passed, t: &spec::Tendon, spec: &Spec, log: &mu
     let range = applies("range", t.range, t.limited);
     let forces = t.actuatorfrcrange.filter(|range| *range != [0.0, 0.0]);
     let actfrcrange = applies("actuatorfrcrange", forces, t.actuatorfrclimited);
-    if let Some([low, high]) = actfrcrange.filter(|[low, high]| low >= high) {
+    if forces.is_none() && t.actuatorfrclimited == Some(true) {
+        log.error(t.node, ProblemKind::LimitedWithoutRange, "add `actuatorfrcrange=\"low high\"`");
+    } else if let Some([low, high]) = actfrcrange.filter(|[low, high]| low >= high) {
         let help = "give the smaller number first";
         log.value_error(t.node, "actuatorfrcrange", ProblemKind::RangeEmpty { low, high }, help);
     } else if let Some([low, high]) = actfrcrange.filter(|[low, high]| *low > 0.0 || *high < 0.0) {

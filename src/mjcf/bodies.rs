@@ -369,6 +369,10 @@ impl Reader<'_> {
         if item.given("fromto") {
             self.fromto(&item);
         }
+        if item.word("type") == "mesh" && !item.given("mesh") {
+            let kind = ProblemKind::MissingAttribute { element: "site".into(), attribute: "mesh".into() };
+            self.report(kind, self.document.span(node));
+        }
         Some(Site {
             node,
             name: item.name(),

@@ -162,7 +162,7 @@ impl<'a> Check<'a> {
             Status::Unsupported(lost, help) => {
                 let kind = ProblemKind::Unsupported { name: element.name.to_string(), lost: lost.into() };
                 self.problems.push(Problem::new(kind, element.span).help(help));
-                return self.names_inside(node);
+                return self.names_of(node, parent);
             }
             Status::Supported | Status::Silent => {}
         }
@@ -188,7 +188,7 @@ impl<'a> Check<'a> {
             let known = schema::find(parent, &element.name).map(|row| (row, &*element.name));
             // What is inside a misspelt element is judged as if it were spelt well.
             let Some((child_row, name)) = known.or_else(|| self.unknown_element(parent, row, child)) else {
-                self.names_inside(child);
+                self.names_of(child, parent);
                 continue;
             };
             // A class may hold each element once, but the top-level class may be written in several places.
@@ -249,6 +249,13 @@ impl<'a> Check<'a> {
                 };
                 let of_joints = element == "freejoint"
                     && schema::find("body", "joint").is_some_and(|j| j.attribute(&name).is_some());
+                match near.and_then(|near| row.attribute(near)).map(|column| column.kind) {
+                    Some(Kind::Name(what)) => self.note(what, &attribute.value, attribute.value_span),
+                    Some(Kind::Text) if element == "default" => {
+                        self.note(CLASS, &attribute.value, attribute.value_span)
+                    }
+                    _ => {}
+                }
                 let kind = ProblemKind::UnknownAttribute { element, attribute: name };
                 let problem = Problem::new(kind, attribute.name_span);
                 if let Some((cure, edit)) = removed {
@@ -356,16 +363,23 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Names inside what is not supported still count as defined.
-    fn names_inside(&mut self, node: NodeId) {
+    /// The name of what is not understood, and the names inside it, still count as defined: who refers to them is not to blame.
+    fn names_of(&mut self, node: NodeId, parent: &str) {
         let document = self.document;
-        for &child in &document.node(node).children {
-            let row = schema::SCHEMA.iter().find(|row| row.is(&document.node(child).name));
-            let what = row.and_then(|row| row.attribute("name")).map(|column| column.kind);
-            if let (Some(Kind::Name(what)), Some(name)) = (what, document.attribute(child, "name")) {
+        let element = &*document.node(node).name;
+        if let Some(name) = document.attribute(node, "name") {
+            let named = |row: &schema::Element| match row.attribute("name").map(|column| column.kind) {
+                Some(Kind::Name(what)) => Some(what),
+                _ => None,
+            };
+            let own = schema::SCHEMA.iter().filter(|row| row.is(element)).find_map(named);
+            let siblings = schema::SCHEMA.iter().filter(|row| own.is_none() && row.stands_in(parent)).filter_map(named);
+            for what in own.into_iter().chain(siblings) {
                 self.note(what, &name.value, name.value_span);
             }
-            self.names_inside(child);
+        }
+        for &child in &document.node(node).children {
+            self.names_of(child, element);
         }
     }
 
@@ -435,12 +449,14 @@ impl<'a> Check<'a> {
                 _ => String::new(),
             },
         };
+        // `wheel3` is not `wheel2` misspelt: it is missing.
+        let unnumbered = |name: &str| name.replace(|c: char| c.is_ascii_digit(), "");
+        let near = near.filter(|near| unnumbered(near) != unnumbered(name)).map(str::to_string);
         let name = name.to_string();
         let kind = match what {
             CLASS => ProblemKind::UnknownClass { name },
             _ => ProblemKind::UnknownReference { what: what.into(), name },
         };
-        let near = near.map(str::to_string);
         let problem = Problem::new(kind, span).replace(span, near.as_deref());
         self.problems.push(if help.is_empty() { problem } else { problem.help(help) });
     }

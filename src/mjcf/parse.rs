@@ -512,15 +512,22 @@ impl Parser<'_> {
     fn end(&mut self, file: &mut File, name: &str, span: Span) {
         let Some(depth) = file.stack.iter().rposition(|open| open.name == name) else {
             let expected = file.stack.last().map(|open| open.name);
-            let close = expected.filter(|e| nearest(name, [*e]).is_some()).map(|e| format!("/{e}"));
-            if close.is_some() {
+            let meant = expected.filter(|e| nearest(name, [*e]).is_some());
+            if meant.is_some() {
                 file.stack.pop();
             }
-            self.problems.push(
-                Problem::new(ProblemKind::UnmatchedEnd { element: name.to_string() }, span)
-                    .suggest(close.as_ref().map(|c| format!("<{c}>")).as_deref())
-                    .replace(Span { start: span.start + 1, end: span.end - 1, ..span }, close.as_deref()),
-            );
+            let problem = Problem::new(ProblemKind::UnmatchedEnd { element: name.to_string() }, span);
+            let known = |name: &str| schema::SCHEMA.iter().any(|row| row.is(name));
+            self.problems.push(match meant {
+                // The check mends the start.
+                Some(start) if known(name) && !known(start) => problem.help(format!("`<{start}>` comes before it")),
+                _ => {
+                    let close = meant.map(|start| format!("/{start}"));
+                    problem
+                        .suggest(close.as_ref().map(|c| format!("<{c}>")).as_deref())
+                        .replace(Span { start: span.start + 1, end: span.end - 1, ..span }, close.as_deref())
+                }
+            });
             return;
         };
         for open in file.stack.drain(depth + 1..) {

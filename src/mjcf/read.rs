@@ -389,6 +389,10 @@ impl<'a> Reader<'a> {
             None => (named("site"), None),
         };
         let absent = item.row.attribute("site").is_some() && !item.given("site");
+        if absent && item.row.attribute("camera").is_some() && !item.given("camera") {
+            let kind = ProblemKind::MissingAttribute { element: element.to_string(), attribute: "site".into() };
+            self.report(kind, self.document.span(node));
+        }
         let unmeasured =
             absent || item.yes("enclosed") || item.word("data") != item.row.attribute("data").map_or("", |c| c.default);
         let camera = [Some(&object), reference.as_ref()].into_iter().flatten().any(|(of, _)| of == "camera");
@@ -493,41 +497,44 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The first of joint, jointinparent, tendon, slider-crank and site that is given.
+    /// Of several things to act on MuJoCo takes the last in this order, without a word.
     fn transmission(&mut self, item: &Item, element: &str) -> Transmission {
         let word = |name: &str| item.word(name).to_string();
         if item.given("refsite") && !item.given("site") {
             self.meaningless(item.node, "refsite", "`refsite` needs a `site`".to_string(), "");
         }
-        let other = ["joint", "jointinparent", "tendon", "site"].into_iter().find(|name| item.given(name));
+        let targets = ["joint", "jointinparent", "tendon", "cranksite", "site"];
+        let mut given: Vec<&str> = targets.into_iter().filter(|name| item.given(name)).collect();
+        let target = given.pop();
+        for other in given {
+            let lost = format!("the actuator acts on its `{}`", target.unwrap_or_default());
+            let kind = ProblemKind::Ignored { name: other.to_string(), lost };
+            self.report(kind, self.document.name_span(item.node, other));
+        }
         let own = |name: &&str| self.document.attribute(item.node, name).is_some();
-        if let (Some(other), Some(own)) = (other, ["slidersite", "cranklength"].into_iter().find(own)) {
+        if let Some(other) = target.filter(|target| *target != "cranksite")
+            && let Some(own) = ["slidersite", "cranklength"].into_iter().find(own)
+        {
             let what = format!("`{own}` belongs to a slider-crank, but this actuator has a `{other}`");
             self.meaningless(item.node, own, what, "keep one of the two");
         }
-        if item.given("joint") {
-            return Transmission::Joint(word("joint"));
+        match target {
+            Some("joint") => Transmission::Joint(word("joint")),
+            Some("jointinparent") => Transmission::JointInParent(word("jointinparent")),
+            Some("tendon") => Transmission::Tendon(word("tendon")),
+            Some("site") => {
+                Transmission::Site { site: word("site"), reference: item.given("refsite").then(|| word("refsite")) }
+            }
+            Some(_) => self.slider_crank(item, element),
+            None if item.given("slidersite") => self.slider_crank(item, element),
+            None => {
+                if !item.row.typed_attributes().any(|c| targets_other(c.name) && item.given(c.name)) {
+                    let kind = ProblemKind::MissingAttribute { element: element.into(), attribute: "joint".into() };
+                    self.report(kind, self.document.span(item.node));
+                }
+                Transmission::None
+            }
         }
-        if item.given("jointinparent") {
-            return Transmission::JointInParent(word("jointinparent"));
-        }
-        if item.given("tendon") {
-            return Transmission::Tendon(word("tendon"));
-        }
-        if item.given("cranksite") || item.given("slidersite") {
-            return self.slider_crank(item, element);
-        }
-        if item.given("site") {
-            return Transmission::Site {
-                site: word("site"),
-                reference: item.given("refsite").then(|| word("refsite")),
-            };
-        }
-        if !item.row.typed_attributes().any(|c| targets_other(c.name) && item.given(c.name)) {
-            let kind = ProblemKind::MissingAttribute { element: element.into(), attribute: "joint".into() };
-            self.report(kind, self.document.span(item.node));
-        }
-        Transmission::None
     }
 
     fn slider_crank(&mut self, item: &Item, element: &str) -> Transmission {

@@ -26,11 +26,12 @@ pub struct Element {
     pub once: bool,
     /// In groups, since some elements share some.
     pub attributes: &'static [&'static [Attribute]],
-    /// Further valid attributes, which change no motion; `*` means that names are not checked.
+    /// Further valid attributes, which change no motion and whose values nobody looks at; `*` means that names are not checked.
     pub silent: &'static str,
 }
 
 /// An attribute.
+#[derive(Clone, Copy)]
 pub struct Attribute {
     /// Its name.
     pub name: &'static str,
@@ -163,6 +164,16 @@ pub(super) const fn reference_by(name: &'static str, by: &'static str) -> Attrib
 /// Numbers for the user, which change no motion; how many there can be, `<size nuser_…>` says.
 pub(super) const fn user() -> Attribute {
     list("user", "").without_effect()
+}
+/// Attributes of one kind that change no motion: what a picture, a search or a memory has them for may be infinite.
+pub(super) const fn silent_all<const N: usize>(names: [&'static str; N], kind: Kind) -> [Attribute; N] {
+    let mut all = [attribute("", kind, "", "").may_be_infinite().without_effect(); N];
+    let mut i = 0;
+    while i < N {
+        all[i].name = names[i];
+        i += 1;
+    }
+    all
 }
 pub(super) const fn class(name: &'static str) -> Attribute {
     attribute(name, Kind::Class, "", "")

@@ -21,6 +21,16 @@ const fn nuser(name: &'static str) -> Attribute {
     integer(name, "-1").rule(Rule::AtLeast(-1)).without_effect()
 }
 
+const YES: Kind = Kind::Keyword(BOOL);
+const NUMBER: Kind = Kind::Numbers(1, 1);
+const WHOLE: Kind = Kind::Integers(1, 1);
+// Of a lens; a place, a direction or a colour; a colour and how opaque it is.
+const TWO: Kind = Kind::Numbers(2, 2);
+const THREE: Kind = Kind::Numbers(3, 3);
+const FOUR: Kind = Kind::Numbers(4, 4);
+const GROUP: &[Attribute] = &[integer("group", "0").without_effect()];
+const TRACKING: &[&str] = &["fixed", "track", "trackcom", "targetbody", "targetbodycom"];
+
 const NOT_IN_LAW: &str = "the force of contacts would differ";
 const NO_TRANSMISSION: &str = "Penny's actuators act on joints, tendons and sites";
 
@@ -32,65 +42,73 @@ pub const SCHEMA: &[Element] = &[
     element(
         "compiler",
         "mujoco",
-        &[&[
-            // Where files are looked for.
-            text("assetdir").without_effect(),
-            text("meshdir").without_effect(),
-            text("texturedir").without_effect(),
-            keyword("strippath", BOOL, "false").without_effect(),
-            keyword("angle", &["radian", "degree"], "degree"),
-            attribute("eulerseq", Kind::Text, "xyz", ""),
-            keyword("autolimits", BOOL, "true"),
-            keyword("inertiafromgeom", AUTO, "auto"),
-            attribute("inertiagrouprange", Kind::Integers(2, 2), "0 5", ""),
-            keyword("balanceinertia", BOOL, "false"),
-            number("boundmass", "0", "kg").not_negative(),
-            number("boundinertia", "0", "kg m²").not_negative(),
-            number("settotalmass", "-1", "kg"),
-            keyword("alignfree", BOOL, "false").unsupported("free bodies would keep their frames", "leave it out"),
-            keyword("fusestatic", BOOL, "false").unsupported("fixed bodies would stay apart", "leave it out"),
-            keyword("coordinate", &["local"], "local").without_effect(),
-        ]],
+        &[
+            &[
+                // Where files are looked for.
+                text("assetdir").without_effect(),
+                text("meshdir").without_effect(),
+                text("texturedir").without_effect(),
+                keyword("strippath", BOOL, "false").without_effect(),
+                keyword("angle", &["radian", "degree"], "degree"),
+                attribute("eulerseq", Kind::Text, "xyz", ""),
+                keyword("autolimits", BOOL, "true"),
+                keyword("inertiafromgeom", AUTO, "auto"),
+                attribute("inertiagrouprange", Kind::Integers(2, 2), "0 5", ""),
+                keyword("balanceinertia", BOOL, "false"),
+                number("boundmass", "0", "kg").not_negative(),
+                number("boundinertia", "0", "kg m²").not_negative(),
+                number("settotalmass", "-1", "kg"),
+                keyword("alignfree", BOOL, "false").unsupported("free bodies would keep their frames", "leave it out"),
+                keyword("fusestatic", BOOL, "false").unsupported("fixed bodies would stay apart", "leave it out"),
+                keyword("coordinate", &["local"], "local").without_effect(),
+                keyword("conflict", &["warning", "merge", "error"], "warning").without_effect(),
+            ],
+            &silent_all(
+                ["discardvisual", "fitaabb", "savecanonical", "savecompiled", "saveinertial", "usethread"],
+                YES,
+            ),
+        ],
     )
-    .and("conflict discardvisual fitaabb passthrough savecanonical savecompiled saveinertial usethread"),
-    silent(
-        "lengthrange",
-        "compiler",
-        "accel interval inttotal maxforce mode timeconst timestep tolrange useexisting uselimit",
-    )
-    .once(),
+    .and("passthrough"),
+    silent("lengthrange", "compiler", "")
+        .typed(&[
+            &silent_all(["accel", "interval", "inttotal", "maxforce", "timeconst", "timestep", "tolrange"], NUMBER),
+            &silent_all(["useexisting", "uselimit"], YES),
+            &[keyword("mode", &["none", "muscle", "muscleuser", "all"], "muscle").without_effect()],
+        ])
+        .once(),
     element(
         "option",
         "mujoco",
-        &[&[
-            number("timestep", "0.002", "s").positive().lint(Lint::TooLong(1.0)),
-            numbers("gravity", 3, "0 0 -9.81", "m/s²"),
-            keyword("integrator", &["Euler", "RK4", "implicit", "implicitfast", "discrete"], "Euler"),
-            keyword("cone", &["pyramidal", "elliptic"], "pyramidal"),
-            // The three solvers reach the same optimum, so Penny always takes Newton.
-            keyword("solver", &["PGS", "CG", "Newton"], "Newton").without_effect(),
-            keyword("jacobian", &["dense", "sparse", "auto"], "auto").without_effect(),
-            number("impratio", "1", "1").positive(),
-            number("tolerance", "1e-8", "1").not_negative(),
-            integer("iterations", "100").not_negative(),
-            integer("noslip_iterations", "0").not_negative(),
-            number("noslip_tolerance", "1e-6", "1").not_negative(),
-            number("density", "0", "kg/m³").not_negative(),
-            number("viscosity", "0", "Pa s").not_negative(),
-            numbers("wind", 3, "0 0 0", "m/s"),
-            numbers("magnetic", 3, "0 -0.5 0", "T"),
-            number("o_margin", "0", "m"),
-            solref("o_solref"),
-            solimp("o_solimp"),
-            friction("o_friction", 5, "1 1 0.005 0.0001 0.0001", "1, 1, m, m, m"),
-            attribute("actuatorgroupdisable", Kind::Integers(0, 31), "", "")
-                .unsupported("all actuators would act", "leave the actuators of those groups out"),
-        ]],
-    )
-    // Accuracy of searches that Penny does in closed form or to rounding.
-    .and(
-        "ls_iterations ls_tolerance ccd_iterations ccd_tolerance sdf_iterations sdf_initpoints \
-         sleep_tolerance",
+        &[
+            &[
+                number("timestep", "0.002", "s").positive().lint(Lint::TooLong(1.0)),
+                numbers("gravity", 3, "0 0 -9.81", "m/s²"),
+                keyword("integrator", &["Euler", "RK4", "implicit", "implicitfast", "discrete"], "Euler"),
+                keyword("cone", &["pyramidal", "elliptic"], "pyramidal"),
+                // The three solvers reach the same optimum, so Penny always takes Newton.
+                keyword("solver", &["PGS", "CG", "Newton"], "Newton").without_effect(),
+                keyword("jacobian", &["dense", "sparse", "auto"], "auto").without_effect(),
+                number("impratio", "1", "1").positive(),
+                number("tolerance", "1e-8", "1").not_negative(),
+                integer("iterations", "100").not_negative(),
+                integer("noslip_iterations", "0").not_negative(),
+                number("noslip_tolerance", "1e-6", "1").not_negative(),
+                number("density", "0", "kg/m³").not_negative(),
+                number("viscosity", "0", "Pa s").not_negative(),
+                numbers("wind", 3, "0 0 0", "m/s"),
+                numbers("magnetic", 3, "0 -0.5 0", "T"),
+                number("o_margin", "0", "m"),
+                solref("o_solref"),
+                solimp("o_solimp"),
+                friction("o_friction", 5, "1 1 0.005 0.0001 0.0001", "1, 1, m, m, m"),
+                attribute("actuatorgroupdisable", Kind::Integers(0, 31), "", "")
+                    .unsupported("all actuators would act", "leave the actuators of those groups out"),
+            ],
+            // Accuracy of searches that Penny does in closed form or to rounding.
+            &silent_all(["ls_iterations", "ccd_iterations", "sdf_iterations", "sdf_initpoints"], WHOLE),
+            &silent_all(["ls_tolerance", "ccd_tolerance", "sleep_tolerance"], NUMBER),
+        ],
     ),
     element(
         "flag",
@@ -132,86 +150,178 @@ pub const SCHEMA: &[Element] = &[
     element(
         "size",
         "mujoco",
-        &[&[
-            integer("nkey", "0").not_negative(),
-            nuser("nuser_body"),
-            nuser("nuser_jnt"),
-            nuser("nuser_geom"),
-            nuser("nuser_site"),
-            nuser("nuser_cam"),
-            nuser("nuser_tendon"),
-            nuser("nuser_actuator"),
-            nuser("nuser_sensor"),
-        ]],
+        &[
+            &[
+                integer("nkey", "0").not_negative(),
+                nuser("nuser_body"),
+                nuser("nuser_jnt"),
+                nuser("nuser_geom"),
+                nuser("nuser_site"),
+                nuser("nuser_cam"),
+                nuser("nuser_tendon"),
+                nuser("nuser_actuator"),
+                nuser("nuser_sensor"),
+            ],
+            &silent_all(["nconmax", "njmax", "nstack", "nuserdata"], WHOLE),
+        ],
     )
-    .and("memory nconmax njmax nstack nuserdata"),
-    silent("statistic", "mujoco", "center extent meaninertia meanmass meansize"),
+    .and("memory"),
+    silent("statistic", "mujoco", "").typed(&[
+        &silent_all(["center"], THREE),
+        &silent_all(["meaninertia", "meanmass", "meansize"], NUMBER),
+        &[number("extent", "", "m").positive().without_effect()],
+    ]),
     // Pictures.
     silent("visual", "mujoco", ""),
-    silent(
-        "global",
-        "visual",
-        "azimuth bvactive cameraid elevation ellipsoidinertia fovy glow ipd linewidth offheight offwidth orthographic \
-         realtime",
-    )
-    .once(),
-    silent("quality", "visual", "numquads numslices numstacks offsamples shadowsize").once(),
-    silent("headlight", "visual", "active ambient diffuse specular").once(),
-    silent(
-        "map",
-        "visual",
-        "actuatortendon alpha fogend fogstart force haze shadowclip shadowscale stiffness stiffnessrot torque zfar \
-         znear",
-    )
-    .once(),
-    silent(
-        "scale",
-        "visual",
-        "actuatorlength actuatorwidth camera com connect constraint contactheight contactwidth forcewidth framelength \
-         framewidth frustum jointlength jointwidth light selectpoint slidercrank",
-    )
-    .once(),
-    silent(
-        "rgba",
-        "visual",
-        "actuator actuatornegative actuatorpositive bv bvactive camera com connect constraint contactforce \
-         contactfriction contactgap contactpoint contacttorque crankbroken fog force frustum haze inertia joint light \
-         rangefinder selectpoint slidercrank",
-    )
-    .once(),
+    silent("global", "visual", "")
+        .typed(&[
+            &silent_all(["azimuth", "elevation", "fovy", "glow", "ipd", "linewidth"], NUMBER),
+            &[number("realtime", "", "1").positive().without_effect()],
+            &silent_all(["cameraid", "offheight", "offwidth"], WHOLE),
+            &silent_all(["bvactive", "ellipsoidinertia", "orthographic"], YES),
+        ])
+        .once(),
+    silent("quality", "visual", "")
+        .typed(&[&silent_all(["numquads", "numslices", "numstacks", "offsamples", "shadowsize"], WHOLE)])
+        .once(),
+    silent("headlight", "visual", "")
+        .typed(&[&silent_all(["ambient", "diffuse", "specular"], THREE), &silent_all(["active"], WHOLE)])
+        .once(),
+    silent("map", "visual", "")
+        .typed(&[
+            &silent_all(
+                [
+                    "actuatortendon",
+                    "alpha",
+                    "fogend",
+                    "fogstart",
+                    "force",
+                    "haze",
+                    "shadowclip",
+                    "shadowscale",
+                    "stiffness",
+                    "stiffnessrot",
+                    "torque",
+                    "zfar",
+                ],
+                NUMBER,
+            ),
+            &[number("znear", "", "1").positive().without_effect()],
+        ])
+        .once(),
+    silent("scale", "visual", "")
+        .typed(&[&silent_all(
+            [
+                "actuatorlength",
+                "actuatorwidth",
+                "camera",
+                "com",
+                "connect",
+                "constraint",
+                "contactheight",
+                "contactwidth",
+                "forcewidth",
+                "framelength",
+                "framewidth",
+                "frustum",
+                "jointlength",
+                "jointwidth",
+                "light",
+                "selectpoint",
+                "slidercrank",
+            ],
+            NUMBER,
+        )])
+        .once(),
+    silent("rgba", "visual", "")
+        .typed(&[&silent_all(
+            [
+                "actuator",
+                "actuatornegative",
+                "actuatorpositive",
+                "bv",
+                "bvactive",
+                "camera",
+                "com",
+                "connect",
+                "constraint",
+                "contactforce",
+                "contactfriction",
+                "contactgap",
+                "contactpoint",
+                "contacttorque",
+                "crankbroken",
+                "fog",
+                "force",
+                "frustum",
+                "haze",
+                "inertia",
+                "joint",
+                "light",
+                "rangefinder",
+                "selectpoint",
+                "slidercrank",
+            ],
+            FOUR,
+        )])
+        .once(),
     // Assets: a geom that needs a mesh or a height field is judged where it stands.
     silent("asset", "mujoco", ""),
-    silent(
-        "mesh",
-        "asset default",
-        "builtin content_type face inertia material maxhullvert normal params smoothnormal texcoord vertex",
-    )
-    .typed(&[&[
-        name("mesh"),
-        class("class"),
-        text("file").without_effect(),
-        numbers("scale", 3, "1 1 1", "1").without_effect(),
-        numbers("refpos", 3, "0 0 0", "m").without_effect(),
-        numbers("refquat", 4, "1 0 0 0", "1").without_effect(),
-    ]]),
-    silent("hfield", "asset", "content_type elevation file ncol nrow size").typed(&[&[name("height field")]]),
+    silent("mesh", "asset default", "builtin content_type material params").typed(&[
+        &[
+            name("mesh"),
+            class("class"),
+            text("file").without_effect(),
+            numbers("scale", 3, "1 1 1", "1").without_effect(),
+            numbers("refpos", 3, "0 0 0", "m").without_effect(),
+            numbers("refquat", 4, "1 0 0 0", "1").without_effect(),
+            keyword("inertia", &["convex", "exact", "legacy", "shell"], "legacy").without_effect(),
+            attribute("face", Kind::Integers(1, usize::MAX), "", "").without_effect(),
+        ],
+        &silent_all(["normal", "texcoord", "vertex"], Kind::Numbers(1, usize::MAX)),
+        &silent_all(["maxhullvert"], WHOLE),
+        &silent_all(["smoothnormal"], YES),
+    ]),
+    silent("hfield", "asset", "content_type elevation file").typed(&[
+        &[name("height field")],
+        &silent_all(["ncol", "nrow"], WHOLE),
+        &silent_all(["size"], FOUR),
+    ]),
     silent("skin", "asset deformable", "face file group inflate material rgba texcoord vertex")
         .typed(&[&[name("skin")]]),
     silent("bone", "skin", "bindpos bindquat body vertid vertweight"),
     silent(
         "texture",
         "asset default",
-        "builtin colorspace content_type embed file fileback filedown filefront fileleft fileright fileup gridlayout \
-         gridsize height hflip mark markrgb nchannel random rgb1 rgb2 type vflip width",
+        "content_type file fileback filedown filefront fileleft fileright fileup gridlayout",
     )
-    .typed(&[&[name("texture"), class("class")]]),
-    silent(
-        "material",
-        "asset default",
-        "emission metallic reflectance rgba roughness shininess specular texrepeat \
- texuniform",
-    )
-    .typed(&[&[name("material"), class("class"), reference("texture", "texture").in_default()]]),
+    .typed(&[
+        &[
+            name("texture"),
+            class("class"),
+            keyword("type", &["2d", "cube", "skybox"], "cube").without_effect(),
+            keyword("builtin", &["none", "gradient", "checker", "flat"], "none").without_effect(),
+            keyword("mark", &["none", "edge", "cross", "random"], "none").without_effect(),
+            keyword("colorspace", &["auto", "linear", "sRGB"], "auto").without_effect(),
+            keyword("embed", AUTO, "auto").without_effect(),
+            attribute("gridsize", Kind::Integers(2, 2), "", "").without_effect(),
+        ],
+        &silent_all(["height", "nchannel", "width"], WHOLE),
+        &silent_all(["markrgb", "rgb1", "rgb2"], THREE),
+        &silent_all(["random"], NUMBER),
+        &silent_all(["hflip", "vflip"], YES),
+    ]),
+    silent("material", "asset default", "").typed(&[
+        &[
+            name("material"),
+            class("class"),
+            reference("texture", "texture").in_default(),
+            numbers("rgba", 4, "1 1 1 1", "1").lint(Lint::Colour).without_effect(),
+        ],
+        &silent_all(["emission", "metallic", "reflectance", "roughness", "shininess", "specular"], NUMBER),
+        &silent_all(["texrepeat"], TWO),
+        &silent_all(["texuniform"], YES),
+    ]),
     silent("layer", "material", "role").typed(&[&[reference("texture", "texture").in_default()]]),
     silent("model", "asset", "content_type file name"),
     silent("plugin", "mesh", "*"),
@@ -221,7 +331,7 @@ pub const SCHEMA: &[Element] = &[
     // What Penny cannot use, but other actuators have something from.
     silent("orientation pid muscle adhesion dcmotor", "default", "*").typed(&[ACTUATOR, CTRLLIMITED]).once(),
     element("equality", "default", &[EQUALITY]),
-    element("tendon", "default", &[TENDON, DRAWN]).and("group"),
+    element("tendon", "default", &[TENDON, DRAWN, GROUP]),
     // Bodies.
     element("worldbody", "mujoco", &[]),
     element(
@@ -230,10 +340,16 @@ pub const SCHEMA: &[Element] = &[
         &[
             &[name("body"), class("childclass"), POS],
             ORIENTATION,
-            &[keyword("mocap", BOOL, "false"), number("gravcomp", "0", "1"), user()],
+            &[
+                keyword("mocap", BOOL, "false"),
+                number("gravcomp", "0", "1"),
+                keyword("fuse", &["false", "auto"], "auto").without_effect(),
+                keyword("simple", &["false", "auto"], "auto").without_effect(),
+                keyword("sleep", &["auto", "never", "allowed", "init"], "auto").without_effect(),
+                user(),
+            ],
         ],
-    )
-    .and("fuse simple sleep"),
+    ),
     element(
         "frame",
         "worldbody body frame replicate",
@@ -245,10 +361,10 @@ pub const SCHEMA: &[Element] = &[
                     .unsupported("everything inside would keep its size", "scale the numbers inside"),
                 number("massscale", "0", "1")
                     .unsupported("everything inside would keep its mass", "scale the masses inside"),
+                keyword("scaling", &["similar", "geometry"], "similar").without_effect(),
             ],
         ],
-    )
-    .and("scaling"),
+    ),
     element(
         "inertial",
         REAL_WORLD,
@@ -266,35 +382,37 @@ pub const SCHEMA: &[Element] = &[
     element(
         "joint",
         WITH_DEFAULT,
-        &[&[
-            name("joint"),
-            class("class"),
-            keyword("type", &["free", "ball", "slide", "hinge"], "hinge"),
-            POS,
-            numbers("axis", 3, "0 0 1", "1"),
-            number("ref", "0", "m or angle"),
-            number("springref", "0", "m or angle"),
-            up_to("stiffness", 3, "0 0 0", "N/m or N m/rad"),
-            up_to("damping", 3, "0 0 0", "N s/m or N m s/rad"),
-            number("armature", "0", "kg or kg m²").not_negative(),
-            number("frictionloss", "0", "N or N m").not_negative(),
-            numbers("range", 2, "0 0", "m or angle").may_be_infinite(),
-            keyword("limited", AUTO, "auto"),
-            number("margin", "0", "m or rad"),
-            solref("solreflimit"),
-            solimp("solimplimit"),
-            solref("solreffriction"),
-            solimp("solimpfriction"),
-            numbers("springdamper", 2, "0 0", "s, 1"),
-            number("springyield", "0", "N or N m").unsupported("the spring would never yield", "leave it out"),
-            numbers("actuatorfrcrange", 2, "0 0", "N or N m").may_be_infinite(),
-            keyword("actuatorfrclimited", AUTO, "auto"),
-            keyword("actuatorgravcomp", BOOL, "false"),
-            user(),
-        ]],
-    )
-    .and("group"),
-    element("freejoint", REAL_WORLD, &[&[name("joint"), keyword("align", AUTO, "auto")]]).and("group"),
+        &[
+            &[
+                name("joint"),
+                class("class"),
+                keyword("type", &["free", "ball", "slide", "hinge"], "hinge"),
+                POS,
+                numbers("axis", 3, "0 0 1", "1"),
+                number("ref", "0", "m or angle"),
+                number("springref", "0", "m or angle"),
+                up_to("stiffness", 3, "0 0 0", "N/m or N m/rad"),
+                up_to("damping", 3, "0 0 0", "N s/m or N m s/rad"),
+                number("armature", "0", "kg or kg m²").not_negative(),
+                number("frictionloss", "0", "N or N m").not_negative(),
+                numbers("range", 2, "0 0", "m or angle").may_be_infinite(),
+                keyword("limited", AUTO, "auto"),
+                number("margin", "0", "m or rad"),
+                solref("solreflimit"),
+                solimp("solimplimit"),
+                solref("solreffriction"),
+                solimp("solimpfriction"),
+                numbers("springdamper", 2, "0 0", "s, 1"),
+                number("springyield", "0", "N or N m").unsupported("the spring would never yield", "leave it out"),
+                numbers("actuatorfrcrange", 2, "0 0", "N or N m").may_be_infinite(),
+                keyword("actuatorfrclimited", AUTO, "auto"),
+                keyword("actuatorgravcomp", BOOL, "false"),
+                user(),
+            ],
+            GROUP,
+        ],
+    ),
+    element("freejoint", REAL_WORLD, &[&[name("joint"), keyword("align", AUTO, "auto")], GROUP]),
     element(
         "geom",
         WITH_DEFAULT,
@@ -336,12 +454,13 @@ pub const SCHEMA: &[Element] = &[
                 keyword("fluidshape", &["none", "ellipsoid"], "none"),
                 up_to("fluidcoef", 5, "0.5 0.25 1.5 1 1", "1").not_negative(),
                 number("adhesion", "0", "N").unsupported("contacts would not stick", "leave it out"),
+                keyword("castshadow", BOOL, "true").without_effect(),
+                // Of meshes.
+                number("fitscale", "1", "1").without_effect(),
                 user(),
             ],
         ],
-    )
-    // fitscale belongs to meshes.
-    .and("castshadow fitscale"),
+    ),
     element(
         "site",
         WITH_DEFAULT,
@@ -358,11 +477,12 @@ pub const SCHEMA: &[Element] = &[
                 numbers("fromto", 6, "", "m"),
                 reference("material", "material").in_default(),
                 reference("mesh", "mesh").in_default(),
+                numbers("rgba", 4, "0.5 0.5 0.5 1", "1").lint(Lint::Colour).without_effect(),
                 user(),
             ],
+            GROUP,
         ],
-    )
-    .and("group rgba"),
+    ),
     element(
         "camera",
         WITH_DEFAULT,
@@ -370,23 +490,35 @@ pub const SCHEMA: &[Element] = &[
             &[
                 name("camera"),
                 class("class"),
-                keyword("mode", &["fixed", "track", "trackcom", "targetbody", "targetbodycom"], "fixed"),
+                keyword("mode", TRACKING, "fixed"),
                 reference("target", "body"),
                 number("fovy", "45", "degrees").positive(),
                 POS,
             ],
             ORIENTATION,
-            &[user()],
+            &[
+                keyword("projection", &["perspective", "orthographic"], "perspective").without_effect(),
+                attribute("resolution", Kind::Integers(2, 2), "", "").without_effect(),
+                user(),
+            ],
+            &silent_all(["focal", "focalpixel", "principal", "principalpixel", "sensorsize"], TWO),
+            &silent_all(["ipd"], NUMBER),
         ],
     )
-    .and("focal focalpixel ipd output principal principalpixel projection resolution sensorsize"),
-    silent(
-        "light",
-        WITH_DEFAULT,
-        "active ambient attenuation bulbradius castshadow cutoff diffuse dir directional exponent intensity mode pos \
-         range softness specular type",
-    )
-    .typed(&[&[name("light"), class("class"), reference("target", "body"), reference("texture", "texture")]]),
+    .and("output"),
+    silent("light", WITH_DEFAULT, "").typed(&[
+        &[
+            name("light"),
+            class("class"),
+            reference("target", "body"),
+            reference("texture", "texture"),
+            keyword("mode", TRACKING, "fixed").without_effect(),
+            keyword("type", &["spot", "directional", "point", "image"], "spot").without_effect(),
+        ],
+        &silent_all(["ambient", "attenuation", "diffuse", "dir", "pos", "specular"], THREE),
+        &silent_all(["bulbradius", "cutoff", "exponent", "intensity", "range", "softness"], NUMBER),
+        &silent_all(["active", "castshadow", "directional"], YES),
+    ]),
     unsupported("plugin", "body geom", "its forces and shapes would be missing", "leave it out"),
     unsupported("flexcomp", "worldbody body frame", "the deformable body would be missing", "use rigid bodies"),
     unsupported("attach", "worldbody body frame", "the attached model would be missing", "use `include`"),
@@ -433,7 +565,7 @@ pub const SCHEMA: &[Element] = &[
     ),
     // Actuators.
     element("actuator", "mujoco", &[]),
-    element("motor", "actuator default", &[ACTUATOR, CTRLLIMITED]).and("group interp"),
+    element("motor", "actuator default", &[ACTUATOR, CTRLLIMITED]),
     element(
         "position",
         "actuator default",
@@ -448,10 +580,8 @@ pub const SCHEMA: &[Element] = &[
                 number("inheritrange", "0", "1").not_negative(),
             ],
         ],
-    )
-    .and("group interp"),
-    element("velocity", "actuator default", &[ACTUATOR, CTRLLIMITED, &[number("kv", "1", "N s/m or N m s/rad")]])
-        .and("group interp"),
+    ),
+    element("velocity", "actuator default", &[ACTUATOR, CTRLLIMITED, &[number("kv", "1", "N s/m or N m s/rad")]]),
     element(
         "intvelocity",
         "actuator default",
@@ -467,10 +597,8 @@ pub const SCHEMA: &[Element] = &[
                 number("inheritrange", "0", "1").not_negative(),
             ],
         ],
-    )
-    .and("group interp"),
-    element("damper", "actuator default", &[ACTUATOR, &[number("kv", "0", "N s/m or N m s/rad").not_negative()]])
-        .and("group interp"),
+    ),
+    element("damper", "actuator default", &[ACTUATOR, &[number("kv", "0", "N s/m or N m s/rad").not_negative()]]),
     element(
         "cylinder",
         "actuator default",
@@ -484,8 +612,7 @@ pub const SCHEMA: &[Element] = &[
                 numbers("bias", 3, "0 0 0", "N, N/m, N s/m"),
             ],
         ],
-    )
-    .and("group interp"),
+    ),
     element(
         "general",
         "actuator default",
@@ -509,11 +636,12 @@ pub const SCHEMA: &[Element] = &[
                 integer("actdim", "-1").without_effect(),
                 number("inheritrange", "0", "1").not_negative(),
                 text("input").without_effect(),
+                numbers("velrange", 2, "", "").without_effect(),
+                numbers("ffrange", 2, "", "").without_effect(),
                 reference("body", "body").unsupported("the actuator would act on nothing", NO_TRANSMISSION),
             ],
         ],
-    )
-    .and("group interp velrange ffrange"),
+    ),
     unsupported(
         "orientation pid muscle adhesion dcmotor plugin",
         "actuator",
@@ -617,9 +745,9 @@ pub const SCHEMA: &[Element] = &[
     unsupported("flex flexstrain", "equality", "Penny has no deformable bodies that it could hold", "use rigid bodies"),
     // Tendons.
     element("tendon", "mujoco", &[]),
-    element("fixed", "tendon", &[&[name("tendon"), class("class")], TENDON]).and("group"),
+    element("fixed", "tendon", &[&[name("tendon"), class("class")], TENDON, GROUP]),
     element("joint", "fixed", &[&[reference("joint", "joint").required(), number("coef", "", "1").required()]]),
-    element("spatial", "tendon", &[&[name("tendon"), class("class")], TENDON, DRAWN]).and("group"),
+    element("spatial", "tendon", &[&[name("tendon"), class("class")], TENDON, DRAWN, GROUP]),
     element("site", "spatial", &[&[reference("site", "site").required()]]),
     element("geom", "spatial", &[&[reference("geom", "geom").required(), reference("sidesite", "site")]]),
     element("pulley", "spatial", &[&[number("divisor", "", "1").positive().required()]]),
@@ -672,7 +800,7 @@ const TENDON: &[Attribute] = &[
     user(),
 ];
 const DRAWN: &[Attribute] = &[
-    number("width", "0.003", "m").not_negative(),
+    number("width", "0.003", "m").positive(),
     numbers("rgba", 4, "0.5 0.5 0.5 1", "1").lint(Lint::Colour),
     reference("material", "material").in_default(),
 ];
@@ -686,14 +814,15 @@ const POLYCOEF: Attribute = up_to("polycoef", 5, "0 1 0 0 0", "");
 const FRAMES: &[&str] = &["body", "xbody", "geom", "site", "camera"];
 const OBJECT: &[Attribute] =
     &[keyword("objtype", FRAMES, "").required(), reference_by("objname", "objtype").required()];
+const INTERPOLATION: Attribute = keyword("interp", &["zoh", "linear", "cubic"], "zoh").without_effect();
 const SENSOR: &[Attribute] = &[
     name("sensor"),
     number("cutoff", "0", "").not_negative(),
     number("noise", "0", "").not_negative(),
     number("delay", "0", "s").ignored("the values come without delay"),
-    numbers("interval", 2, "0 0", "s").ignored("the values come in every step"),
+    up_to("interval", 2, "0 0", "s").ignored("the values come in every step"),
     integer("nsample", "0").without_effect(),
-    keyword("interp", &["zoh", "linear", "cubic"], "zoh").without_effect(),
+    INTERPOLATION,
     user(),
 ];
 
@@ -718,6 +847,8 @@ const ACTUATOR: &[Attribute] = &[
     number("armature", "0", "kg or kg m²").not_negative(),
     number("delay", "0", "s").unsupported("the control signal would not be delayed", "leave it out"),
     integer("nsample", "0").without_effect(),
+    INTERPOLATION,
+    integer("group", "0").without_effect(),
     number("cranklength", "0", "m"),
     user(),
 ];

@@ -290,6 +290,38 @@ fn a_misspelt_name_is_none_that_is_there_already() {
     assert_eq!(*fixed, xml(["kv", "kv", "mas"]));
 }
 
+/// What refers to something whose own name or element is misspelt means that, not something else with a name alike.
+#[test]
+fn a_fix_mends_what_is_misspelt_and_not_what_refers_to_it() {
+    let right = "<mujoco><default><default class='a1'/><default class='a2'/></default><worldbody><body>
+        <joint name='j1' class='a1'/><joint name='j2' axis='1 0 0' class='a2'/><geom size='.1' pos='.2 0 0'/></body></worldbody>
+        <actuator><motor name='m1' joint='j1'/><motor name='m2' joint='j2'/></actuator>
+        <sensor><actuatorfrc actuator='m1'/></sensor></mujoco>";
+    for (good, bad) in [
+        ("<joint name='j1'", "<joint nmae='j1'"),
+        ("<motor name='m1'", "<motor Name='m1'"),
+        ("<default class='a1'", "<default clas='a1'"),
+        ("<actuator>", "<actuatr>"),
+        ("</actuator>", "</actuatr>"),
+        ("<worldbody>", "<Worldbody>"),
+        ("<mujoco>", "<mujco>"),
+    ] {
+        let wrong = right.replace(good, bad);
+        let failure = penny::parse("scene.xml", &wrong).expect_err(bad);
+        assert_eq!(mjcf::fixed(&failure.document, &failure.problems)[0].text, right, "{bad}");
+    }
+    // What differs in its number only is missing, not misspelt.
+    let failure = penny::parse("scene.xml", &right.replace("joint='j2'", "joint='j3'")).expect_err("j3");
+    assert!(
+        failure.to_string().contains("did you mean") && mjcf::fixed(&failure.document, &failure.problems).is_empty()
+    );
+    // Where nobody knows what was meant, or what it is named is missing in Penny, the reference is not judged.
+    for (good, bad) in [("<joint name='j1'", "<zzz name='j1'"), ("<motor name='m1'", "<muscle name='m1'")] {
+        let failure = penny::parse("scene.xml", &right.replace(good, bad)).expect_err(bad);
+        assert_eq!(failure.problems.len(), 1, "{failure}");
+    }
+}
+
 #[test]
 fn programs_read_problems_as_json_and_sarif() {
     let bad = format!("{FOLDER}/misspelt_attribute.xml");

@@ -86,6 +86,122 @@ fn every_default_of_the_schema_fits_its_own_column() {
     }
 }
 
+/// MuJoCo 4.0.0 refuses the first of each and reads the second.
+#[test]
+fn what_changes_no_motion_is_checked_like_the_rest() {
+    let body = |inside: &str| format!("<worldbody><body><joint/><geom size='0.1'/>{inside}</body></worldbody>");
+    let cases = [
+        ("<option ls_iterations='1.5'/>", "<option ls_iterations='1'/>", "not-an-integer"),
+        ("<option ccd_tolerance='1e-6 1'/>", "<option ccd_tolerance='1e-6'/>", "wrong-count"),
+        ("<compiler usethread='yes'/>", "<compiler usethread='false'/>", "unknown-keyword"),
+        (
+            "<compiler><lengthrange mode='al'/></compiler>",
+            "<compiler><lengthrange mode='all'/></compiler>",
+            "unknown-keyword",
+        ),
+        ("<size nconmax='many'/>", "<size nconmax='100'/>", "not-an-integer"),
+        ("<statistic extent='0'/>", "<statistic extent='2' center='0 0 1'/>", "out-of-range"),
+        ("<visual><global offwidth='1e3'/></visual>", "<visual><global offwidth='1000'/></visual>", "not-an-integer"),
+        (
+            "<visual><headlight ambient='.1 .1'/></visual>",
+            "<visual><headlight ambient='.1 .1 .1'/></visual>",
+            "wrong-count",
+        ),
+        ("<visual><map zfar='far'/></visual>", "<visual><map zfar='inf'/></visual>", "not-a-number"),
+        ("<visual><rgba fog='1 0 0'/></visual>", "<visual><rgba fog='1 0 0 1'/></visual>", "wrong-count"),
+        (
+            "<asset><texture name='t' builtin='cheker' width='8' height='8'/></asset>",
+            "<asset><texture name='t' type='2d' builtin='checker' rgb1='1 0 0' width='8' height='8'/></asset>",
+            "unknown-keyword",
+        ),
+        (
+            "<asset><material name='m' shininess='high'/></asset>",
+            "<asset><material name='m' rgba='1 0 0 1'/></asset>",
+            "not-a-number",
+        ),
+        (&body("<light pos='0 0'/>"), &body("<light pos='0 0 1' dir='0 0 -1' type='directional'/>"), "wrong-count"),
+        (&body("<camera resolution='640'/>"), &body("<camera resolution='640 480'/>"), "wrong-count"),
+        (&body("<site rgba='1 0 0'/>"), &body("<site rgba='1 0 0 1' group='2'/>"), "wrong-count"),
+        (&body("<site type='mesh'/>"), &body("<site type='box'/>"), "missing-attribute"),
+        (&body("<joint group='a' axis='1 0 0'/>"), &body("<joint group='1' axis='1 0 0'/>"), "not-an-integer"),
+        ("<sensor><rangefinder/></sensor>", "<sensor><clock interval='0.1'/></sensor>", "missing-attribute"),
+    ];
+    for (wrong, right, kind) in cases {
+        let check = |inside: &str| penny::parse("scene.xml", &format!("<mujoco>{inside}</mujoco>"));
+        assert!(check(right).is_ok(), "{right}");
+        let Err(failure) = check(wrong) else { panic!("{wrong} is not refused") };
+        assert!(failure.to_string().contains(kind), "{wrong}\n{failure}");
+    }
+}
+
+/// What MuJoCo 4.0.0 takes of two things to act on, each the last in its order.
+#[test]
+fn an_actuator_acts_on_what_mujoco_takes_and_the_rest_is_told() {
+    let targets = [
+        ("joint", "joint='j'"),
+        ("jointinparent", "jointinparent='j'"),
+        ("tendon", "tendon='t'"),
+        ("cranksite", "cranksite='s' slidersite='r' cranklength='1'"),
+        ("site", "site='s'"),
+    ];
+    for (i, (lesser, ignored)) in targets.iter().enumerate() {
+        for (_, taken) in targets[i + 1..].iter().filter(|(name, _)| (*lesser, *name) != ("cranksite", "site")) {
+            let scene = |target: &str| {
+                let text = format!(
+                    "<mujoco><worldbody><body><joint name='j'/><geom size='0.1' pos='0.2 0 0'/><site name='s'/>
+                     <site name='r' pos='0.1 0 0'/></body></worldbody>
+                     <tendon><fixed name='t'><joint joint='j' coef='1'/></fixed></tendon>
+                     <actuator><general {target}/></actuator></mujoco>"
+                );
+                penny::parse("scene.xml", &text).unwrap_or_else(|failure| panic!("{failure}"))
+            };
+            let (both, alone) = (scene(&format!("{ignored} {taken}")), scene(taken));
+            assert_eq!(
+                both.model.actuators[0].transmission, alone.model.actuators[0].transmission,
+                "{ignored} {taken}"
+            );
+            let report = mjcf::render(&both.document, &both.warnings, false);
+            assert!(report.contains(&format!("`{lesser}` is ignored")), "{report}");
+            assert!(alone.warnings.is_empty());
+        }
+    }
+}
+
+/// As MuJoCo 4.0.0: a range that is inherited limits where one that is given would.
+#[test]
+fn what_is_limited_is_limited_by_an_inherited_range_as_by_its_own() {
+    let read = |compiler: &str, tendon: &str, servo: &str| {
+        let text = format!(
+            "<mujoco><compiler {compiler}/><worldbody><body><joint name='j' type='slide' limited='true' range='-1 3'/>
+             <geom size='.1'/></body></worldbody><tendon><fixed {tendon}><joint joint='j' coef='1'/></fixed></tendon>
+             <actuator><position joint='j' {servo}/></actuator></mujoco>"
+        );
+        penny::parse("scene.xml", &text).map(|scene| scene.model.actuators[0].ctrlrange).map_err(|e| e.to_string())
+    };
+    let (half, manual) = (Some([0.0, 2.0]), "autolimits='false'");
+    assert_eq!(read("", "", "inheritrange='.5'"), Ok(half));
+    assert_eq!(read("", "", "inheritrange='.5' ctrllimited='true'"), Ok(half));
+    assert_eq!(read("", "", "inheritrange='.5' ctrllimited='false'"), Ok(None));
+    assert_eq!(read(manual, "", "inheritrange='.5' ctrllimited='true'"), Ok(half));
+    let joint = |attributes: &str| {
+        let text = format!(
+            "<mujoco><compiler {manual}/><worldbody><body><joint {attributes}/><geom size='.1' pos='1 0 0'/></body></worldbody></mujoco>"
+        );
+        penny::parse("scene.xml", &text).map(|_| None).map_err(|e| e.to_string())
+    };
+    assert_eq!(joint("range='0 0' actuatorfrcrange='0 0'"), Ok(None));
+    for refused in [
+        joint("range='1 1'"),
+        joint("range='1 -1'"),
+        joint("actuatorfrcrange='1 1'"),
+        read(manual, "", "inheritrange='.5'"),
+        read("", "actuatorfrclimited='true'", ""),
+        read("", "actuatorfrclimited='true' actuatorfrcrange='0 0'", ""),
+    ] {
+        assert!(refused.is_err_and(|why| why.contains("limited")));
+    }
+}
+
 #[test]
 fn warnings_of_numbers_say_what_the_physics_makes_of_them() {
     let solimp = "2 -1 -0.5 7 0.1";
