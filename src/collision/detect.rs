@@ -12,20 +12,19 @@ use crate::model::{Bound, GeomKind, Model, Pair};
 ///
 /// Reads: `geom_xpos`, `geom_xmat`. Writes: `contacts` (all but the forces), `counts`.
 pub fn detect(model: &Model, data: &mut Data) {
-    let Data { geom_xpos, geom_xmat, contacts, counts, detect: Scratch { hits, broad_phase }, .. } = data;
+    let Data { geom_xpos, geom_xmat, contacts, counts, detect: Scratch { hits, broad_phase, last }, .. } = data;
     contacts.clear();
     if !(model.opt.flags.contact && model.opt.flags.constraint) {
         return;
     }
     let near =
         if model.pairs.swept.is_empty() { Some(&model.pairs.listed) } else { broad_phase.near(model, geom_xpos) };
-    let mut last = Framed::default();
     for pair in near.map_or(&[][..], |near| near) {
         if apart(pair, geom_xpos, geom_xmat) {
             continue;
         }
         counts.pairs += 1;
-        collide(model, pair, geom_xpos, geom_xmat, hits, &mut last, contacts);
+        collide(model, pair, geom_xpos, geom_xmat, hits, last, contacts);
         if contacts.len() > model.pairs.most_contacts {
             break;
         }
@@ -47,8 +46,9 @@ fn apart(pair: &Pair, xpos: &[Vec3], xmat: &[Mat3]) -> bool {
     }
 }
 
-/// The last frame that was found: that of all points of a face, and of all that lies on a plane.
-struct Framed {
+/// The last frame that was found: that of all points of a face, and of all that lies on a plane, also in the next step.
+#[derive(Clone, Debug)]
+pub struct Framed {
     normal: Vec3,
     tangent: Vec3,
     /// Whether it has tangents.
@@ -63,10 +63,11 @@ impl Default for Framed {
 }
 
 impl Framed {
-    /// Makes it that of a hit. All six numbers are compared, whatever comes out: faster than stopping early at what hardly happens.
+    /// Makes it that of a hit. All six numbers are compared, whatever comes out: faster than stopping early at what hardly happens;
+    /// and bit by bit, lest the sign of a zero depend on the steps before.
     #[inline(always)]
     fn see(&mut self, hit: &Hit, complete: bool) {
-        let same = |u: &Vec3, v: &Vec3| (u.x == v.x) & (u.y == v.y) & (u.z == v.z);
+        let same = |u: &Vec3, v: &Vec3| (0..3).fold(true, |same, i| same & (u[i].to_bits() == v[i].to_bits()));
         if !(same(&self.normal, &hit.normal) & same(&self.tangent, &hit.tangent) & (self.complete == complete)) {
             let Hit { normal, tangent, .. } = *hit;
             let none = Vec3::zeros().transpose();

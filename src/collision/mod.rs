@@ -30,6 +30,7 @@ pub use manifold::POINT;
 pub struct Scratch {
     hits: Hits,
     broad_phase: BroadPhase,
+    last: detect::Framed,
 }
 
 /// How many contacts to have room for: all that the listed pairs can have, and for each geom of the broad phase as
