@@ -275,23 +275,15 @@ fn add_curvature<const W: usize>(
         Curvature::Zero => {}
         Curvature::Diagonal(d) => {
             let d = narrow(d);
-            let product = |own: &[f64; W]| std::array::from_fn(|k| d[k] * own[k]);
-            add_products(low, x, way, product);
-            if !up.is_empty() {
-                add_products(up, x, way, product);
-            }
+            add_to_both(low, up, x, way, |own| std::array::from_fn(|k| d[k] * own[k]));
         }
         Curvature::Arrow { diagonal, first, square } => {
             let (d, first) = (narrow(diagonal), narrow(first));
-            let product = |own: &[f64; W]| -> [f64; W] {
+            add_to_both(low, up, x, way, |own| {
                 let sum = dot(&first, own);
                 let both = own[0] + square * sum;
                 std::array::from_fn(|k| d[k] * own[k] + if k == 0 { sum } else { first[k] * both })
-            };
-            add_products(low, x, way, product);
-            if !up.is_empty() {
-                add_products(up, x, way, product);
-            }
+            });
         }
         Curvature::Limited { diagonal, normal, turn } => {
             let (d, normal) = (narrow(diagonal), narrow(normal));
@@ -320,6 +312,21 @@ fn add_curvature<const W: usize>(
                 });
             }
         }
+    }
+}
+
+/// The products of a symmetric C, in both triangles unless `up` is empty.
+#[inline(always)]
+fn add_to_both<const W: usize>(
+    low: &mut [f64],
+    up: &mut [f64],
+    x: &[[f64; W]],
+    way: &[Entry],
+    product: impl Fn(&[f64; W]) -> [f64; W],
+) {
+    add_products(low, x, way, &product);
+    if !up.is_empty() {
+        add_products(up, x, way, &product);
     }
 }
 
