@@ -141,15 +141,7 @@ impl Core {
 
 /// The arrays that are read before a step and written after it.
 const LISTS: [&str; 10] = [
-    "qpos",
-    "qvel",
-    "act",
-    "ctrl",
-    "qacc_warmstart",
-    "qfrc_applied",
-    "xfrc_applied",
-    "mocap_pos",
-    "mocap_quat",
+    "qpos", "qvel", "act", "ctrl", "qacc_warmstart", "qfrc_applied", "xfrc_applied", "mocap_pos", "mocap_quat",
     "eq_active",
 ];
 

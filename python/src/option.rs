@@ -111,23 +111,8 @@ const DIAGEXACT: u32 = 5;
 
 const KEYWORDS: [&str; 5] = ["Euler", "RK4", "implicit", "implicitfast", "discrete"];
 const NAMES: &[&str] = &[
-    "timestep",
-    "gravity",
-    "wind",
-    "magnetic",
-    "density",
-    "viscosity",
-    "impratio",
-    "tolerance",
-    "iterations",
-    "noslip_iterations",
-    "noslip_tolerance",
-    "integrator",
-    "cone",
-    "disableflags",
-    "enableflags",
-    "law",
-    "solver",
+    "timestep", "gravity", "wind", "magnetic", "density", "viscosity", "impratio", "tolerance", "iterations",
+    "noslip_iterations", "noslip_tolerance", "integrator", "cone", "disableflags", "enableflags", "law", "solver",
 ];
 
 impl MjOption {

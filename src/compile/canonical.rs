@@ -21,21 +21,8 @@ type Classes = BTreeMap<String, BTreeMap<String, Values>>;
 /// The sections of a file in the order in which they are written. Of those before the assets several are one, whose later
 /// values replace earlier ones.
 const SECTIONS: [&str; 15] = [
-    "compiler",
-    "option",
-    "size",
-    "visual",
-    "statistic",
-    "asset",
-    "worldbody",
-    "contact",
-    "tendon",
-    "equality",
-    "actuator",
-    "sensor",
-    "keyframe",
-    "custom",
-    "extension",
+    "compiler", "option", "size", "visual", "statistic", "asset", "worldbody", "contact", "tendon", "equality",
+    "actuator", "sensor", "keyframe", "custom", "extension",
 ];
 const MERGED: usize = 5;
 

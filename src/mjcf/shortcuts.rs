@@ -12,37 +12,15 @@ use std::sync::Arc;
 use super::defaults::{Class, Value, Values};
 
 const SHORTCUTS: [&str; 11] = [
-    "motor",
-    "position",
-    "velocity",
-    "intvelocity",
-    "damper",
-    "cylinder",
+    "motor", "position", "velocity", "intvelocity", "damper", "cylinder",
     // These Penny lacks, but other actuators have something from their defaults.
-    "orientation",
-    "pid",
-    "muscle",
-    "adhesion",
-    "dcmotor",
+    "orientation", "pid", "muscle", "adhesion", "dcmotor",
 ];
 
 /// What says how an actuator is controlled, of the shortcuts and of `general`.
 const CONTROL: [&str; 15] = [
-    "kp",
-    "kv",
-    "dampratio",
-    "timeconst",
-    "area",
-    "diameter",
-    "bias",
-    "inheritrange",
-    "dyntype",
-    "dynprm",
-    "gaintype",
-    "gainprm",
-    "biastype",
-    "biasprm",
-    "actearly",
+    "kp", "kv", "dampratio", "timeconst", "area", "diameter", "bias", "inheritrange", "dyntype", "dynprm", "gaintype",
+    "gainprm", "biastype", "biasprm", "actearly",
 ];
 
 /// Whether this is an element of `<actuator>` that has its defaults from others.

@@ -269,25 +269,9 @@ fn good_files_give_no_warning() {
 #[test]
 fn options_are_read_as_mujoco_reads_them() {
     const DISABLE: &[&str] = &[
-        "constraint",
-        "equality",
-        "frictionloss",
-        "limit",
-        "contact",
-        "spring",
-        "damper",
-        "gravity",
-        "clampctrl",
-        "warmstart",
-        "filterparent",
-        "actuation",
-        "refsafe",
-        "sensor",
-        "midphase",
-        "eulerdamp",
-        "autoreset",
-        "nativeccd",
-        "island",
+        "constraint", "equality", "frictionloss", "limit", "contact", "spring", "damper", "gravity", "clampctrl",
+        "warmstart", "filterparent", "actuation", "refsafe", "sensor", "midphase", "eulerdamp", "autoreset",
+        "nativeccd", "island",
     ];
     const ENABLE: &[(&str, u64)] = &[("override", 0), ("energy", 1), ("fwdinv", 2), ("diagexact", 5)];
     for golden in goldens() {
@@ -429,12 +413,7 @@ fn sensor(names: &str, attribute: &str) -> String {
     let Some(row) = schema::find("sensor", name).filter(|row| row.names == names) else { return String::new() };
     let given = attribute.split('=').next().unwrap();
     let all = [
-        "objtype='xbody'",
-        "objname='world'",
-        "joint='joint'",
-        "actuator='other'",
-        "tendon='second'",
-        "site='other'",
+        "objtype='xbody'", "objname='world'", "joint='joint'", "actuator='other'", "tendon='second'", "site='other'",
         "body='world'",
     ];
     let needed = all.iter().filter(|a| {

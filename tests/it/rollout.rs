@@ -397,15 +397,7 @@ fn threads_are_no_more_than_have_work() {
         let out = folder.join(format!("{worlds}.csv"));
         let to = out.to_str().expect("text");
         let args = [
-            "rollout",
-            "models/box.xml",
-            "--steps",
-            "1000000000",
-            "--threads",
-            "100000",
-            "--worlds",
-            worlds,
-            "--out",
+            "rollout", "models/box.xml", "--steps", "1000000000", "--threads", "100000", "--worlds", worlds, "--out",
             to,
         ];
         let mut child = started(&args);
@@ -454,18 +446,8 @@ fn parquet_holds_what_csv_holds() {
     let run = |out: &std::path::Path| {
         let path = out.to_str().expect("text");
         penny(&[
-            "rollout",
-            "models/box.xml",
-            "--time",
-            "0.1",
-            "--worlds",
-            "5",
-            "--accuracy",
-            "1e-3",
-            "--vary",
-            "qvel[0]=1..3",
-            "--out",
-            path,
+            "rollout", "models/box.xml", "--time", "0.1", "--worlds", "5", "--accuracy", "1e-3", "--vary",
+            "qvel[0]=1..3", "--out", path,
         ])
     };
     let written = run(&csv);

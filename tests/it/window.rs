@@ -92,19 +92,8 @@ fn replayed(log: &Log, path: &Path) -> (Vec<Vec3>, Session) {
 fn screenshot(display: &str, path: &Path) -> (usize, Vec<u8>) {
     let input = format!("{display}.0");
     let args = [
-        "-y",
-        "-loglevel",
-        "error",
-        "-f",
-        "x11grab",
-        "-video_size",
-        "1280x720",
-        "-i",
-        &input,
-        "-frames:v",
-        "1",
-        "-pix_fmt",
-        "rgb24",
+        "-y", "-loglevel", "error", "-f", "x11grab", "-video_size", "1280x720", "-i", &input, "-frames:v", "1",
+        "-pix_fmt", "rgb24",
     ];
     tool(display, "ffmpeg", &[&args[..], &[path.to_str().expect("plain")]].concat());
     let decoder = png::Decoder::new(BufReader::new(std::fs::File::open(path).expect("taken")));

@@ -154,16 +154,8 @@ pub fn play(args: &Args) -> Result<(), Failure> {
 #[cfg(not(feature = "play"))]
 pub fn play(args: &Args) -> Result<(), Failure> {
     let _ = (
-        &args.scene,
-        &args.replay,
-        &args.from,
-        &args.record,
-        &args.save_state,
-        &args.seed,
-        &args.ghost,
-        &args.method,
-        &args.start,
-        &args.limits,
+        &args.scene, &args.replay, &args.from, &args.record, &args.save_state, &args.seed, &args.ghost, &args.method,
+        &args.start, &args.limits,
     );
     args.level.as_deref().map(level).transpose()?;
     Err(Failure::Problem(
