@@ -24,12 +24,13 @@ impl Draft {
     ///
     /// Errors: the file could not be written.
     pub fn new(path: &Path) -> Result<Draft> {
-        let target = real(path);
-        let about = fs::metadata(&target).ok();
+        let about = fs::metadata(path).ok();
+        // By its own name: where a link such as `/dev/stdout` leads may have none.
         if about.as_ref().is_some_and(|m| !m.is_file()) {
-            OpenOptions::new().write(true).open(&target)?;
-            return Ok(Draft { target, aside: None, file: None });
+            OpenOptions::new().write(true).open(path)?;
+            return Ok(Draft { target: path.to_owned(), aside: None, file: None });
         }
+        let target = real(path);
         // One that leads to itself is an error here.
         let old = if about.is_some() || target.is_symlink() {
             let old = OpenOptions::new().write(true).open(&target)?;

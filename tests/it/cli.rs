@@ -207,6 +207,7 @@ fn no_file_overwrites_the_scene_or_another() {
     assert!(!Path::new(&both).exists());
     assert_has(&says(&[file, "--csv", "-", "--json", "-"], 2), &["standard output"]);
     says(&[file, "--csv", "/dev/null", "--json", "/dev/null", "--steps", "1"], 0);
+    assert_has(&says(&[file, "--csv", "/dev/stdout", "--steps", "1"], 0), &["time,qpos0"]);
 }
 
 #[test]
