@@ -39,6 +39,10 @@ ARGUMENTS = {
     **dict.fromkeys(("dst", "res", "result", "qfrc_target", "qpos"), "NDArray[np.float64]"),
     **dict.fromkeys(("point", "force", "torque", "vec", "qvel", "qpos1", "qpos2"), "ArrayLike"),
 }  # fmt: skip
+# Attributes that a scene may lack.
+OPTIONAL = {"scene_law": "str | None"}
+# What a type checker does not look for in `__getattr__`.
+SPECIAL = {"__len__": "(self) -> int", "__getitem__": "(self, key: Any) -> Any"}
 WRITTEN = {("mj_differentiatePos", "qvel"): "NDArray[np.float64]"}
 RESULTS = {
     "mj_name2id": "int", "mj_id2name": "str | None", "mj_getTotalmass": "float", "check": "list[Any]",
@@ -67,6 +71,8 @@ def function(name, of, indent="", static=False):
 def attribute(name, value):
     if isinstance(value, np.ndarray):
         return f"    {name}: NDArray[np.{value.dtype.name if value.dtype != bool else 'bool_'}]"
+    if name in OPTIONAL:
+        return f"    {name}: {OPTIONAL[name]}"
     kind = type(value)
     return f"    {name}: {kind.__name__ if kind.__module__.split('.')[0] in ('builtins', 'penny') else 'Any'}"
 
@@ -84,6 +90,7 @@ def describe(name, cls, instance):
     else:
         lines += ["    def __getattr__(self, name: str) -> Any: ..."]
         lines += ["    def __setattr__(self, name: str, value: Any) -> None: ..."] if name == "View" else []
+        lines += [f"    def {special}{types}: ..." for special, types in SPECIAL.items() if special in vars(cls)]
         lines += ["    id: int", "    name: str"] if name == "View" else []
     return "\n".join(lines) + "\n"
 

@@ -1,19 +1,22 @@
 //! A file that takes its place only when it is whole.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{ErrorKind, Result};
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{Error, ErrorKind, Result, Seek};
 use std::path::{Path, PathBuf};
 
 /// A file that is written beside the one it will replace, as `name.unfinished.ending`.
 ///
 /// Until [`Draft::keep`] the old file is untouched, and a draft that is dropped leaves nothing behind. Devices and pipes
-/// are written to directly, and so is a file in a folder where no other can be made.
+/// are written to directly, and so is a file in a folder where no other can be made. As long as a draft or what it
+/// [opens](Draft::open) is there, no other process begins one of the same file.
 #[derive(Debug)]
 pub struct Draft {
     /// Without links: the file itself is replaced, not a link to it.
     target: PathBuf,
     /// Where it is written meanwhile.
     aside: Option<PathBuf>,
+    /// What is written, with its lock; none of devices and pipes.
+    file: Option<File>,
 }
 
 impl Draft {
@@ -21,25 +24,30 @@ impl Draft {
     ///
     /// Errors: the file could not be written.
     pub fn new(path: &Path) -> Result<Draft> {
-        let target = real(path);
-        let about = fs::metadata(&target).ok();
+        let about = fs::metadata(path).ok();
+        // By its own name: where a link such as `/dev/stdout` leads may have none.
         if about.as_ref().is_some_and(|m| !m.is_file()) {
-            OpenOptions::new().write(true).open(&target)?;
-            return Ok(Draft { target, aside: None });
+            OpenOptions::new().write(true).open(path)?;
+            return Ok(Draft { target: path.to_owned(), aside: None, file: None });
         }
+        let target = real(path);
         // One that leads to itself is an error here.
-        if about.is_some() || target.is_symlink() {
-            OpenOptions::new().write(true).open(&target)?;
-        }
+        let old = if about.is_some() || target.is_symlink() {
+            let old = OpenOptions::new().write(true).open(&target)?;
+            lock(&old)?;
+            Some(old)
+        } else {
+            None
+        };
         let aside = beside(&target);
-        match create(&aside) {
-            Ok(_) => {}
+        let file = match create(&aside) {
+            Ok(file) => file,
             Err(e) if e.kind() == ErrorKind::PermissionDenied && about.is_some() => {
-                return Ok(Draft { target, aside: None });
+                return Ok(Draft { target, aside: None, file: old });
             }
             Err(e) => return Err(e),
-        }
-        let draft = Draft { target, aside: Some(aside) };
+        };
+        let draft = Draft { target, aside: Some(aside), file: Some(file) };
         if let Some(about) = about {
             fs::set_permissions(draft.path(), about.permissions())?;
         }
@@ -53,7 +61,15 @@ impl Draft {
 
     /// Opens it, emptied.
     pub fn open(&self) -> Result<File> {
-        OpenOptions::new().write(true).truncate(true).open(self.path())
+        match &self.file {
+            // With the lock.
+            Some(file) => {
+                file.set_len(0)?;
+                (&mut &*file).rewind()?;
+                file.try_clone()
+            }
+            None => OpenOptions::new().write(true).truncate(true).open(self.path()),
+        }
     }
 
     /// It is whole: it replaces the old file in one go.
@@ -98,10 +114,29 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// What an earlier interruption left is replaced, and never followed if it is a link.
+/// What an earlier interruption left is replaced, and never followed if it is a link; what another process writes is not.
 fn create(path: &Path) -> Result<File> {
+    if path.symlink_metadata().is_ok_and(|m| m.is_file())
+        && let Ok(left) = File::open(path)
+    {
+        lock(&left)?;
+    }
     let _ = fs::remove_file(path);
-    OpenOptions::new().write(true).create_new(true).open(path)
+    let file = OpenOptions::new().write(true).create_new(true).open(path)?;
+    lock(&file)?;
+    Ok(file)
+}
+
+/// Keeps other processes that ask for it, too, from a file or folder, as long as it is open.
+///
+/// Errors: another one has it.
+pub fn lock(file: &File) -> Result<()> {
+    // On Windows nobody could read it meanwhile.
+    match if cfg!(unix) { file.try_lock() } else { Ok(()) } {
+        Err(TryLockError::WouldBlock) => Err(Error::new(ErrorKind::ResourceBusy, "another process is writing it")),
+        // Some file systems have no locks.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
 }
 
 fn beside(path: &Path) -> PathBuf {

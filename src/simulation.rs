@@ -159,8 +159,11 @@ impl Simulation {
         self.state.time
     }
 
-    /// Kinetic and potential energy, J, of the state as it is now.
+    /// Kinetic and potential energy, J, of the state as it is now; NaN if it is not a state of this model.
     pub fn energy(&mut self) -> Energy {
+        if self.state.suits(&self.model).is_err() {
+            return Energy { kinetic: f64::NAN, potential: f64::NAN };
+        }
         self.data.follow(&self.model);
         energy::energy(&self.model, &self.state, &mut self.data)
     }
@@ -291,12 +294,13 @@ impl Simulation {
     ///
     /// The point is where it is now; later the force acts on the same place relative to the centre of mass, in world axes.
     ///
-    /// Errors: [`Change::Unknown`] for the body, [`Change::Invalid`] for a number that is not finite, and for a body that no
-    /// joint moves.
+    /// Errors: [`Change::Unknown`] for the body, [`Change::Invalid`] for a number that is not finite, for a body that no joint
+    /// moves, and where the state is not one of this model.
     pub fn push<'a>(&mut self, body: impl Into<Ref<'a>>, force: [f64; 3], point: [f64; 3]) -> Result<(), Change> {
         let body = self.moving("a force", body.into())?;
         finite("a force", &force)?;
         finite("a point", &point)?;
+        self.state.suits(&self.model).map_err(|wrong| Invalid::new(wrong.to_string()))?;
         self.data.follow(&self.model);
         dynamics::kinematics(&self.model, &self.state.qpos, &mut self.data);
         let force = Vec3::from(force);

@@ -18,6 +18,8 @@ class MjContactList:
     """A list of contacts: `len`, index, slice, and arrays over all of them (`contact.geom`, `contact.dist` …)."""
 
     def __getattr__(self, name: str) -> Any: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, key: Any) -> Any: ...
 
 class MjData:
     """State and results of a model, under MuJoCo's names.
@@ -298,7 +300,7 @@ class MjModel:
     opt: MjOption
     qpos0: NDArray[np.float64]
     qpos_spring: NDArray[np.float64]
-    scene_law: NoneType
+    scene_law: str | None
     sensor_adr: NDArray[np.int32]
     sensor_cutoff: NDArray[np.float64]
     sensor_datatype: NDArray[np.int32]

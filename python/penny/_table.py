@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from ._penny import _chart
 
 
-class Table(Mapping):
+# A dictionary, for these are what pandas and pyarrow take.
+class Table(dict):
     """Columns by name, all of one length: `pandas.DataFrame(table)`, `pyarrow.table(table)`,
     `pyplot.plot(table["x"])`."""
 
     def __init__(self, columns: Mapping):
-        self._columns = {name: np.asarray(values) for name, values in columns.items()}
-        if len({len(c) for c in self._columns.values()}) > 1:
+        super().__init__({name: np.asarray(values) for name, values in columns.items()})
+        if len({len(column) for column in self.values()}) > 1:
             raise ValueError("columns differ in length")
 
     @classmethod
@@ -36,31 +37,22 @@ class Table(Mapping):
         names = list(tables[0]) if tables else []
         return cls({name: np.concatenate([table[name] for table in tables]) for name in names})
 
-    def __getitem__(self, name: str) -> np.ndarray:
-        return self._columns[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
-
     @property
     def rows(self) -> list[dict]:
         """A dictionary for each row."""
-        return [dict(zip(self._columns, values)) for values in zip(*(c.tolist() for c in self._columns.values()))]
+        return [dict(zip(self, values)) for values in zip(*(column.tolist() for column in self.values()))]
 
     def to_pandas(self):
         """A `pandas.DataFrame`; needs pandas."""
         import pandas
 
-        return pandas.DataFrame(self._columns)
+        return pandas.DataFrame(self)
 
     def to_arrow(self):
         """A `pyarrow.Table`; needs pyarrow."""
         import pyarrow
 
-        return pyarrow.table(self._columns)
+        return pyarrow.table(self)
 
     def __eq__(self, other) -> bool:
         return (
@@ -69,11 +61,14 @@ class Table(Mapping):
             and all(_same(self[name], other[name]) for name in self)
         )
 
+    def __ne__(self, other) -> bool:
+        return not self == other
+
     __hash__ = None
 
     def __repr__(self) -> str:
-        n = len(next(iter(self._columns.values()), ()))
-        return f"<penny.Table of {n} rows: {', '.join(self._columns)}>"
+        n = len(next(iter(self.values()), ()))
+        return f"<penny.Table of {n} rows: {', '.join(self)}>"
 
     def _repr_html_(self, most: int = 20) -> str:
         """The first rows."""

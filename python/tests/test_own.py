@@ -1,13 +1,17 @@
 """Penny's own: simulations, tables, sweeps in pieces, what a scene means."""
 
+import ast
+import builtins
 import copy
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -242,3 +246,25 @@ def test_others_work_during_a_step():
         turns += 1
         time.sleep(0.001)
     assert turns > 20
+
+
+def test_stubs_have_what_type_checkers_look_for():
+    tree = ast.parse(Path(penny.__file__).with_name("_penny.pyi").read_text())
+    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    imported = {alias.name for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names}
+    known = {"np", *dir(builtins), *imported, *(c.name for c in classes)}
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+    assert used <= known
+    for c in classes:
+        there = {node.name for node in c.body if isinstance(node, ast.FunctionDef)}
+        assert {"__len__", "__getitem__"} & set(vars(getattr(penny, c.name))) <= there, c.name
+
+
+def test_a_table_is_what_pandas_takes():
+    pandas = pytest.importorskip("pandas")
+    table = penny.sweep(CIRCLE, GRID, time=0.01)
+    frame = pandas.DataFrame(table)
+    assert list(frame.columns) == list(table) and len(frame) == 8
+    assert frame["energy"].tolist() == table["energy"].tolist()
+    for other in (copy.copy(table), copy.deepcopy(table), pickle.loads(pickle.dumps(table))):
+        assert other == table and (other != table) is False and other.settings == table.settings

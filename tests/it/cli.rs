@@ -207,6 +207,7 @@ fn no_file_overwrites_the_scene_or_another() {
     assert!(!Path::new(&both).exists());
     assert_has(&says(&[file, "--csv", "-", "--json", "-"], 2), &["standard output"]);
     says(&[file, "--csv", "/dev/null", "--json", "/dev/null", "--steps", "1"], 0);
+    assert_has(&says(&[file, "--csv", "/dev/stdout", "--steps", "1"], 0), &["time,qpos0"]);
 }
 
 #[test]
@@ -420,6 +421,9 @@ fn compare_measures_the_difference_from_mujoco() {
     assert!(text.contains("trust horizon") || text.contains("is chaotic"), "{text}");
     let text = says(&["compare", "models/box.xml", "--integrator", "explicit-euler", "--steps", "10"], 0);
     assert_has(&text, &["integrator: MuJoCo has no explicit-euler and runs Euler"]);
+    let fast = ["bench", "models/pendulum.xml", "--against", "mujoco", "--window", "0..0.1", "--contact", "penalty"];
+    assert_has(&says(&[&fast[..], &["--integrator", "cash-karp"]].concat(), 0), &["MuJoCo has no cash-karp"]);
+    assert!(!says(&[&fast[..], &["--integrator", "rk4"]].concat(), 0).contains("has no"));
     let text = std::fs::read_to_string(crate::file("models/point_mass.xml")).expect("the model");
     let path = scene("compared.xml", &text.replace("data=\"2500\"", "data=\"1e14\"")).display().to_string();
     let text = says(&["compare", &path, "--contact", "tutorial"], 1);

@@ -344,6 +344,33 @@ fn patiently(what: &str, done: impl Fn() -> bool) {
     }
 }
 
+/// One of two runs into one file ended well without its rows.
+#[test]
+#[cfg(unix)]
+fn what_another_process_writes_is_left_to_it() {
+    let folder = folder("busy");
+    write(&folder.join("scene.xml"), &format!("<mujoco><worldbody>{BALL}</worldbody></mujoco>"));
+    let csv = folder.join("x.csv");
+    let run = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_penny"));
+        command
+            .args(["scene.xml", "--steps", "3", "--csv", "x.csv"])
+            .current_dir(&folder)
+            .output()
+            .expect("penny starts")
+    };
+    let draft = penny::draft::Draft::new(&csv).expect("a draft");
+    let mut rows = draft.open().expect("a file");
+    let said = crate::said(&run());
+    assert!(said.contains("cannot write `x.csv`: another process is writing it"), "{said}");
+    std::io::Write::write_all(&mut rows, b"a row\n").and_then(|()| draft.keep()).expect("a row");
+    let output = run();
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(std::fs::read_to_string(&csv).expect("the file"), "a row\n");
+    drop(rows);
+    assert!(run().status.success() && std::fs::read_to_string(&csv).expect("the file").lines().count() == 5);
+}
+
 #[test]
 #[cfg(unix)]
 fn an_interruption_leaves_the_old_file_or_a_whole_new_one() {

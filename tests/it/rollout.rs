@@ -130,6 +130,27 @@ fn what_was_interrupted_goes_on_and_ends_the_same() {
     assert_eq!(std::fs::read_dir(&folder).expect("there").count(), 2, "something else is left");
 }
 
+/// Both wrote their worlds, so that many were there twice.
+#[test]
+#[cfg(unix)]
+fn what_is_being_written_is_not_gone_on_with() {
+    let folder = folder("busy");
+    let out = folder.join("out.csv");
+    begun(&out, &[]);
+    let unfinished = beside(&out, ".unfinished");
+    let rows = std::fs::read(&unfinished).expect("rows");
+    let other = std::fs::File::open(&unfinished).expect("rows");
+    other.lock().expect("nobody else has them");
+    let path = out.to_str().expect("text");
+    let args = ["rollout", "models/box.xml", "--time", "0.1", "--worlds", "1000000", "--out", path];
+    for more in [&["--resume"][..], &[]] {
+        let run = penny(&[&args[..], &VARY, more].concat());
+        let said = crate::said(&run);
+        assert!(run.status.code() == Some(1) && said.contains("another process is writing it"), "{more:?}: {said}");
+        assert_eq!(std::fs::read(&unfinished).expect("rows"), rows, "{more:?}");
+    }
+}
+
 #[test]
 fn what_is_finished_or_damaged_is_not_gone_on_with() {
     let folder = folder("finished");

@@ -203,6 +203,10 @@ fn what_cannot_be_is_an_error_where_it_enters() {
     sim.state_mut().xfrc_applied = vec![Default::default(); 2];
     let error: Box<dyn Error> = Box::new(sim.step().expect_err("two of seven bodies"));
     assert_eq!(error.to_string(), "xfrc_applied has 2 numbers where the model has 6: it is not a state of this model");
+    assert!(matches!(sim.push("crate", [1.0; 3], [0.0; 3]), Err(Change::Invalid(_))));
+    sim.restore(&untouched).expect("its own state");
+    sim.state_mut().qpos.pop();
+    assert!(sim.push("crate", [1.0; 3], [0.0; 3]).is_err() && sim.energy().kinetic.is_nan());
     sim.restore(&untouched).expect("its own state");
     assert!(matches!(sim.set_ctrl("drive", f64::NAN), Err(Change::Invalid(_))));
     assert!(matches!(sim.set_friction("crate", [-1.0, 0.0, 0.0]), Err(Change::Invalid(_))));

@@ -239,6 +239,13 @@ fn a_sweep_leaves_table_diagram_and_advice_and_goes_on_where_it_stopped() {
         resumed,
         "a sweep that cannot run takes nothing away"
     );
+    #[cfg(unix)]
+    {
+        let running = std::fs::File::open(out).expect("a folder");
+        running.lock().expect("nobody else has it");
+        let beside = penny(&args);
+        assert!(beside.status.code() == Some(1) && crate::said(&beside).contains("another process is writing it"));
+    }
     let anew = penny(&args);
     assert!(anew.status.success(), "{}", crate::said(&anew));
     let kept = Path::new(out).join("earlier-1/sweep.csv");

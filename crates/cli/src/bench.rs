@@ -187,6 +187,10 @@ pub fn bench(args: &Args, allocations: fn() -> usize) -> Result<(), Failure> {
         });
     }
     bar.finish_and_clear();
+    let other: Vec<&str> = integrators.iter().filter(|i| i.mjcf.is_empty()).map(|i| i.name).collect();
+    if mujoco.is_some() && !other.is_empty() {
+        println!("MuJoCo has no {}: there it runs the scene's own integrator", other.join(", "));
+    }
     println!(
         "contacts: after the last step measured; allocations: of memory, in all steps of a batch;\nhash: of the state \
          where measuring begins ({} s), so that two machines or builds can tell whether they compute the same",

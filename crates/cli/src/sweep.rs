@@ -18,6 +18,7 @@ use super::map;
 use super::mujoco::{MuJoCo, Scene};
 use super::scene::{self, LimitArgs, StartArgs};
 use penny::contact::{self, Law};
+use penny::draft::lock;
 use penny::forward::Method;
 use penny::integrate::{self, Integrator};
 use penny::model::Model;
@@ -263,6 +264,9 @@ pub fn sweep(args: &Args) -> Result<(), Failure> {
     let earlier = if args.resume { Earlier::read(&directory, &settings)? } else { Earlier::default() };
     let is_new = !directory.exists();
     fs::create_dir_all(&directory).map_err(cannot(&directory))?;
+    // As long as the sweep runs. Where a folder cannot be opened, such as on Windows, it has no lock.
+    let open = fs::File::open(&directory).ok();
+    open.as_ref().map_or(Ok(()), lock).map_err(cannot(&directory))?;
     // Only with a truth at hand is anything of an earlier sweep touched.
     let found = target(args, &case, &laws, smallest, &earlier.references);
     if found.is_err() && is_new {

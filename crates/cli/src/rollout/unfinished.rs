@@ -43,8 +43,8 @@ impl Unfinished {
 
     /// The rows, begun anew or to be gone on with, and how many worlds they have.
     ///
-    /// Errors: they cannot be read or written; there are some and nobody said what is to become of them; they are of another
-    /// rollout; all that is to be continued is finished.
+    /// Errors: they cannot be read or written; another rollout writes them; there are some and nobody said what is to become of
+    /// them; they are of another rollout; all that is to be continued is finished.
     pub fn open(
         &self,
         settings: &Value,
@@ -66,13 +66,22 @@ impl Unfinished {
             // The settings first: there are no rows without, whenever this ends.
             draft::write(&self.settings, format!("{settings:#}\n"))
                 .map_err(|e| files::cannot_write(&self.settings, &e))?;
-            let begun = File::create(path).and_then(|file| {
-                let mut out = BufWriter::new(file);
-                writeln!(out, "{header}").map(|()| out)
+            let file = OpenOptions::new().append(true).create_new(true).open(path).inspect_err(|e| {
+                // Not another rollout's that came first.
+                if e.kind() != io::ErrorKind::AlreadyExists {
+                    self.remove();
+                }
             });
-            return begun.map(|out| (out, 0)).map_err(cannot).inspect_err(|_| self.remove());
+            let file = file.map_err(cannot)?;
+            draft::lock(&file).map_err(cannot)?;
+            let mut out = BufWriter::new(file);
+            writeln!(out, "{header}").map_err(cannot).inspect_err(|_| self.remove())?;
+            return Ok((out, 0));
         }
         if !resume {
+            if let Ok(file) = File::open(path) {
+                draft::lock(&file).map_err(cannot)?;
+            }
             let why = format!(
                 "error: {} is there, from a rollout that was interrupted: --resume continues it; remove it to begin anew",
                 path.display()
@@ -101,6 +110,7 @@ impl Unfinished {
             return Err(self.another(&format!("it has {rows} worlds already, now there are {worlds}")));
         }
         let file = OpenOptions::new().append(true).open(path).map_err(cannot)?;
+        draft::lock(&file).map_err(cannot)?;
         file.set_len(length).map_err(cannot)?;
         let mut out = BufWriter::new(file);
         if length == 0 {
