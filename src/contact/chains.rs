@@ -352,3 +352,36 @@ fn dot<const W: usize>(a: &[f64; W], b: &[f64; W]) -> f64 {
     }
     if W % 2 == 1 { sum[0] + sum[1] + a[W - 1] * b[W - 1] } else { sum[0] + sum[1] }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::curvature::examples;
+    use super::*;
+
+    /// Wᵀ C W of one constraint on a chain of five dofs, in both triangles and in one, against C written out.
+    #[test]
+    fn what_a_constraint_adds_is_that_of_its_matrix() {
+        let way: Vec<Entry> = (0..5).map(|p| Entry { column: p, pair: 3 * p }).collect();
+        for dim in [1, 3, 4, 6] {
+            let w: Vec<f64> = (0..5 * width(dim)).map(|i| (i as f64 * 0.9).sin()).collect();
+            for (kind, curvature) in examples(dim).iter().enumerate() {
+                let c = curvature.matrix();
+                let wanted = |p: usize, q: usize| -> f64 {
+                    let row = |p: usize| &w[p * width(dim)..][..dim];
+                    let products = |k: usize| (0..dim).map(|l| c[k][l] * row(q)[l]).sum::<f64>();
+                    (0..dim).map(|k| row(p)[k] * products(k)).sum()
+                };
+                for general in [false, true].into_iter().filter(|general| *general || kind < 4) {
+                    let (mut low, mut up) = ([0.0; 30], [0.0; 30]);
+                    let other = if general { &mut up[..] } else { &mut [] };
+                    by_width!(width(dim), add_curvature(&mut low, other, &w, &way, curvature, dim));
+                    for (p, q) in (0..5).flat_map(|p| (0..=p).map(move |q| (p, q))) {
+                        let at = 6 * p + q;
+                        let off = [low[at] - wanted(p, q), if general { up[at] - wanted(q, p) } else { 0.0 }];
+                        assert!(off.iter().all(|off| off.abs() < 1e-13), "{curvature:?}, {p}, {q}: {off:?}");
+                    }
+                }
+            }
+        }
+    }
+}

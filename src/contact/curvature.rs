@@ -145,3 +145,21 @@ impl Cone {
         }
     }
 }
+
+/// One of each kind for `dim` components, for tests; the last is not symmetric (where there is friction).
+#[cfg(test)]
+pub fn examples(dim: usize) -> [Curvature; 5] {
+    let number = |k: usize| (k as f64 * 1.7).sin();
+    let within = |first: usize, of: &dyn Fn(usize) -> f64| -> [f64; 6] {
+        std::array::from_fn(|k| if (first..dim).contains(&k) { of(k) } else { 0.0 })
+    };
+    let (diagonal, first) = (within(0, &|k| 2.0 + number(k)), within(1, &|k| 0.3 * number(k + 1)));
+    let turn = [(2, 0.2), (5, -0.3)].map(|(last, turn)| if last < dim { turn } else { 0.0 });
+    [
+        Curvature::Zero,
+        Curvature::Diagonal(diagonal),
+        Curvature::Arrow { diagonal, first, square: 0.4 },
+        Curvature::Limited { diagonal, normal: [0.0; 6], turn },
+        Curvature::Limited { diagonal, normal: first, turn },
+    ]
+}

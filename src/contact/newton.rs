@@ -33,9 +33,9 @@ pub struct Constraint {
     pub bias: [f64; 6],
     /// J a₀ − a_ref: x where there are no forces; see [`Constraint::begin`].
     pub offset: [f64; 6],
-    /// J a − a_ref at the current a.
+    /// J a − a_ref at the current a; under `penalty`, which has that in `y`, where a step begins.
     pub x: Spread,
-    /// Change of x along the search direction.
+    /// Change of x along the search direction; under `penalty` x itself.
     pub y: Spread,
     /// J a of an acceleration that is known, m/s² and rad/s²; see [`super::tangent`].
     pub rate: [f64; 6],

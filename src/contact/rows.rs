@@ -419,3 +419,25 @@ fn add_even(y: &mut [f64], factor: f64, x: &[f64]) {
         y[1] += factor * x[1];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::curvature::examples;
+    use super::*;
+
+    /// Every kind of C times rows of six numbers and of ten, against C written out.
+    #[test]
+    fn products_with_a_curvature_are_those_of_its_matrix() {
+        for (n, dim) in [6, 10].into_iter().flat_map(|n| [1, 3, 4, 6].map(|dim| (n, dim))) {
+            let jac: Vec<f64> = (0..dim * n).map(|i| (i as f64 * 0.9).sin()).collect();
+            for curvature in examples(dim) {
+                let (mut out, c) = (vec![f64::NAN; dim * n], curvature.matrix());
+                multiply_curvature(&curvature, &jac, dim, n, &mut out);
+                for (i, out) in out.iter().enumerate() {
+                    let wanted: f64 = (0..dim).map(|l| c[i / n][l] * jac[l * n + i % n]).sum();
+                    assert!((out - wanted).abs() < 1e-14, "{curvature:?}, {dim} rows of {n}: {out} and {wanted}");
+                }
+            }
+        }
+    }
+}

@@ -138,6 +138,7 @@ fn eliminate<const SYMMETRIC: bool>(h: &mut [Row; SIX]) {
 mod tests {
     use std::array::from_fn;
 
+    use super::super::curvature::examples;
     use super::*;
     use crate::math::{Mat6, Vec6};
 
@@ -146,24 +147,16 @@ mod tests {
     fn solves_what_the_dense_matrix_solves() {
         let number = |k: usize| (k as f64 * 1.7).sin();
         let w: [Row; SIX] = from_fn(|k| from_fn(|i| number(7 * k + i)));
-        let diagonal = from_fn(|k| 2.0 + number(k));
-        let first = from_fn(|k| if k == 0 { 0.0 } else { 0.3 * number(k) });
-        let limited =
-            |normal: f64| Curvature::Limited { diagonal, normal: first.map(|x| normal * x), turn: [0.2, -0.3] };
-        let symmetric = [
-            Curvature::Zero,
-            Curvature::Diagonal(diagonal),
-            Curvature::Arrow { diagonal, first, square: 0.4 },
-            limited(0.0),
-        ];
-        for (shape, last) in [(Shape::Symmetric, limited(0.0)), (Shape::General, limited(0.9))] {
+        for (shape, kinds) in [(Shape::Symmetric, 4), (Shape::General, 5)] {
             let (mut six, mut dense) = (Six::default(), Mat6::identity());
             six.unit();
-            for (curvature, dim) in symmetric.iter().chain([&last]).zip([6, 1, 6, 3, 6]) {
-                six.add(curvature, &w[..dim], shape);
-                let rows = Mat6::from_fn(|k, i| if k < dim { w[k][i] } else { 0.0 });
-                let c = curvature.matrix();
-                dense += rows.transpose() * Mat6::from_fn(|k, j| c[k][j]) * rows;
+            for dim in [1, 3, 4, 6] {
+                for curvature in &examples(dim)[..kinds] {
+                    six.add(curvature, &w[..dim], shape);
+                    let rows = Mat6::from_fn(|k, i| if k < dim { w[k][i] } else { 0.0 });
+                    let c = curvature.matrix();
+                    dense += rows.transpose() * Mat6::from_fn(|k, j| c[k][j]) * rows;
+                }
             }
             let right: Row = from_fn(number);
             let mut x = right;

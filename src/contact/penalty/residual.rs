@@ -309,3 +309,59 @@ pub fn linearise(c: &Constraint) -> (Curvature, [f64; 6]) {
     }
     (Curvature::Limited { diagonal, normal, turn: turns }, e)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// n = −D x₀; of each group −D σ within the limit n, −n σ/|σ| beyond, times the coefficients.
+    fn forces(cone: &Cone, x: &[f64; 6]) -> [f64; 6] {
+        let mut force = [0.0; 6];
+        force[0] = (-cone.d[0] * x[0]).max(0.0);
+        for group in cone.groups() {
+            let stiff = cone.d[group.start];
+            let length = norm(slips(x, cone, &group));
+            let by = if stiff * length > force[0] { force[0] / length } else { stiff };
+            group.for_each(|k| force[k] = -cone.mu[k] * cone.mu[k] * by * x[k]);
+        }
+        force
+    }
+
+    /// Where forces solve a constraint's equations e is 0, and C is minus their derivative, by central differences.
+    #[test]
+    fn the_matrix_of_a_piece_is_the_forces_derivative() {
+        let cone = Cone {
+            kind: Kind::Coulomb,
+            d: [3.0, 40.0, 40.0, 30.0, 20.0, 20.0],
+            mu: [0.0, 0.6, 0.9, 0.2, 0.1, 0.3],
+            ..Cone::default()
+        };
+        let mut kinds = [0; 2];
+        for (i, dim) in (0..40).flat_map(|i| [1, 3, 4, 6].map(|dim| (i, dim))) {
+            let number = |k: usize| ((7 * i + k) as f64 * 1.3).sin();
+            let x: [f64; 6] =
+                std::array::from_fn(|k| if k == 0 { -1.0 - 0.5 * number(0) } else { number(k) / (1 + i) as f64 });
+            let mut c = Constraint { cone: Cone { dim, ..cone }, inverse: [1.0; 4], ..Constraint::default() };
+            c.y[..6].copy_from_slice(&x);
+            c.force = forces(&c.cone, &x);
+            c.piece = Piece::of_forces(&c);
+            let (curvature, e) = linearise(&c);
+            let (full, h) = (curvature.matrix(), 1e-6);
+            for l in 0..dim {
+                let at = |by: f64| forces(&c.cone, &std::array::from_fn(|k| if k == l { x[k] + by } else { x[k] }));
+                let (up, down) = (at(h), at(-h));
+                for k in 0..dim {
+                    let slope = -(up[k] - down[k]) / (2.0 * h);
+                    assert!(
+                        (slope - full[k][l]).abs() < 1e-6,
+                        "{dim} rows at {x:?}, {k}, {l}: {slope} and {}",
+                        full[k][l]
+                    );
+                }
+            }
+            assert!(e.iter().all(|e| e.abs() < 1e-12), "{e:?}");
+            (0..c.cone.groups().count()).for_each(|g| kinds[usize::from(c.piece.slips[g].is_some())] += 1);
+        }
+        assert!(kinds.iter().all(|kind| *kind > 20), "stick and slip: {kinds:?}");
+    }
+}
