@@ -169,7 +169,8 @@ impl Simulation {
     }
 }
 
-/// Changes while it runs, with effect at the next step.
+/// Changes while it runs, with effect at the next step. A change of the model brings what is read up to date, as
+/// [`forward`](Simulation::forward) does.
 impl Simulation {
     /// The contact law of that name.
     ///
@@ -274,15 +275,20 @@ impl Simulation {
                 return Ok(());
             };
             Err(Invalid::new(set))
-        })
+        })?;
+        // What was found refers to the model as it was: contacts, to the numbers of their parameters.
+        self.forward();
+        Ok(())
     }
 
     /// Sets the control of an actuator; the unit is what the actuator makes of it (N, rad, m …).
     ///
-    /// Errors: [`Change::Unknown`] for the actuator, [`Change::Invalid`] for a number that is not finite.
+    /// Errors: [`Change::Unknown`] for the actuator, [`Change::Invalid`] for a number that is not finite, and where the state is
+    /// not one of this model.
     pub fn set_ctrl<'a>(&mut self, actuator: impl Into<Ref<'a>>, ctrl: f64) -> Result<(), Change> {
         let found = find("actuator", actuator.into(), self.model.actuators.iter().map(|a| a.name.as_str()))?;
         finite("a control", &[ctrl])?;
+        self.suited()?;
         self.state.ctrl[found] = ctrl;
         Ok(())
     }
@@ -300,7 +306,7 @@ impl Simulation {
         let body = self.moving("a force", body.into())?;
         finite("a force", &force)?;
         finite("a point", &point)?;
-        self.state.suits(&self.model).map_err(|wrong| Invalid::new(wrong.to_string()))?;
+        self.suited()?;
         self.data.follow(&self.model);
         dynamics::kinematics(&self.model, &self.state.qpos, &mut self.data);
         let force = Vec3::from(force);
@@ -313,6 +319,10 @@ impl Simulation {
     /// Takes back all that [`push`](Simulation::push) has added.
     pub fn clear_forces(&mut self) {
         self.state.xfrc_applied.clear();
+    }
+
+    fn suited(&self) -> Result<(), Invalid> {
+        self.state.suits(&self.model).map_err(|wrong| Invalid::new(wrong.to_string()))
     }
 }
 
@@ -530,14 +540,16 @@ impl Joint<'_> {
     pub fn name(&self) -> &str {
         &self.sim.model.joints[self.index].name
     }
-    /// Its part of `qpos`: one number (m or rad), four of a ball joint, seven of a free joint.
+    /// Its part of `qpos`: one number (m or rad), four of a ball joint, seven of a free joint; empty where the state has too
+    /// few.
     pub fn qpos(&self) -> &[f64] {
         let joint = &self.sim.model.joints[self.index];
-        &self.sim.state.qpos[joint.qposadr..][..joint.kind.nq()]
+        self.sim.state.qpos.get(joint.qposadr..joint.qposadr + joint.kind.nq()).unwrap_or_default()
     }
-    /// Its part of `qvel`: one number (m/s or rad/s), three of a ball joint, six of a free joint.
+    /// Its part of `qvel`: one number (m/s or rad/s), three of a ball joint, six of a free joint; empty where the state has too
+    /// few.
     pub fn qvel(&self) -> &[f64] {
-        &self.sim.state.qvel[self.dofs()]
+        self.sim.state.qvel.get(self.dofs()).unwrap_or_default()
     }
     /// Forces of contacts, limits, dry friction and equalities on its degrees of freedom, N or N m.
     pub fn constraint_force(&self) -> &[f64] {

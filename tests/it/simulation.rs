@@ -207,6 +207,10 @@ fn what_cannot_be_is_an_error_where_it_enters() {
     sim.restore(&untouched).expect("its own state");
     sim.state_mut().qpos.pop();
     assert!(sim.push("crate", [1.0; 3], [0.0; 3]).is_err() && sim.energy().kinetic.is_nan());
+    let last = sim.model().joints.len() - 1;
+    assert!(sim.joint(last).expect("a joint").qpos().is_empty());
+    sim.state_mut().ctrl.clear();
+    assert!(matches!(sim.set_ctrl("drive", 1.0), Err(Change::Invalid(_))));
     sim.restore(&untouched).expect("its own state");
     assert!(matches!(sim.set_ctrl("drive", f64::NAN), Err(Change::Invalid(_))));
     assert!(matches!(sim.set_friction("crate", [-1.0, 0.0, 0.0]), Err(Change::Invalid(_))));
@@ -225,6 +229,33 @@ fn what_cannot_be_is_an_error_where_it_enters() {
     let mut clean = simulation("penalty");
     clean.step().expect("a step");
     assert_eq!(sim.save(), clean.save());
+}
+
+/// A change numbers the parameters of contacts anew; contacts had the old numbers, or were gone.
+#[test]
+fn what_is_read_after_a_change_is_that_of_the_changed_scene() {
+    let mut sim = Simulation::from_xml(
+        "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/>
+        <body name='a' pos='0 0 .1'><freejoint/><geom name='a' size='.1' mass='1'/></body>
+        <body name='b' pos='1 0 .1'><freejoint/><geom name='b' size='.1' mass='1' friction='2'/></body></worldbody></mujoco>",
+    )
+    .expect("a scene");
+    sim.step_n(100).expect("steps");
+    let mut plain = sim.clone();
+    let friction = |sim: &Simulation| sim.contacts().map(|c| c.friction_coefficient()).collect::<Vec<_>>();
+    assert_eq!(friction(&sim), [1.0, 2.0]);
+    sim.set_friction("b", [0.5, 0.005, 0.0001]).expect("friction");
+    assert_eq!(friction(&sim), [1.0, 1.0]);
+    sim.set_mass("a", 2.0).expect("a mass");
+    sim.energy();
+    assert!((sim.contact_force("a", "floor").expect("geoms")[2] - 2.0 * 9.81).abs() < 1e-3);
+    // To read it changes nothing.
+    plain.set_friction("b", [0.5, 0.005, 0.0001]).expect("friction");
+    plain.set_mass("a", 2.0).expect("a mass");
+    for sim in [&mut sim, &mut plain] {
+        sim.step_n(10).expect("steps");
+    }
+    assert_eq!(sim.save(), plain.save());
 }
 
 const BOX: &str = "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='post'/>
