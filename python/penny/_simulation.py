@@ -13,6 +13,7 @@ from ._penny import (
     MjModel,
     mj_contactForce,
     mj_forward,
+    mj_kinematics,
     mj_resetData,
     mj_resetDataKeyframe,
     mj_setConst,
@@ -111,9 +112,12 @@ class Simulation:
     def push(self, body: str | int, force, point=None) -> Simulation:
         """Adds a force (N) on a body, at a point of the world (m) or at its centre of mass, until `clear_forces`.
 
+        The point is where it is now; later the force acts on the same place relative to the centre of mass, in world
+        axes.
         ValueError: no joint moves the body, or force or point are not three finite numbers.
         """
         thing = self.data.body(self._moving(body, "a force"))
+        mj_kinematics(self.model, self.data)
         force = np.asarray(force, dtype=float)
         point = thing.xipos if point is None else np.asarray(point, dtype=float)
         if any(x.shape != (3,) or not np.isfinite(x).all() for x in (force, point)):

@@ -32,19 +32,30 @@ def set_parameter(sim: Simulation, name: str, value) -> None:
 
     Errors: `AttributeError`, `KeyError` for what there is not.
     """
-    parts = name.split(".")
-    if len(parts) == 1:
+    if "." not in name:
         setattr(sim.model.opt, name, value)
         return
-    if len(parts) != 3 or parts[0] not in _THINGS:
+    # The name of a thing may have points of its own.
+    kind, _, rest = name.partition(".")
+    thing, _, attribute = rest.rpartition(".")
+    if not thing or kind not in _THINGS:
         raise AttributeError(f"parameter '{name}': an option, or thing.name.attribute with thing one of {_THINGS}")
-    kind, thing, attribute = parts
     for side in (sim.data, sim.model):
-        view = getattr(side, kind)(int(thing) if thing.isdigit() else thing)
+        view = _named(getattr(side, kind), thing)
         if hasattr(view, attribute):
             setattr(view, attribute, value)
             return
     raise AttributeError(f"parameter '{name}': a {kind} has no {attribute}")
+
+
+def _named(things: Callable, name: str):
+    """The thing of that name, or else of that number."""
+    try:
+        return things(name)
+    except KeyError:
+        if not name.isdecimal():
+            raise
+        return things(int(name))
 
 
 def outcome(sim: Simulation) -> dict[str, float]:
@@ -99,16 +110,25 @@ def sweep(
     list of values, or an empty one.
     """
     for name, values in grid.items():
-        if np.isscalar(values):
+        if isinstance(values, (str, bytes)) or not np.iterable(values):
             raise ValueError(f"'{name}' takes a list of values: [{values!r}], not {values!r}")
-        if len(values) == 0:
+    grid = {name: list(values) for name, values in grid.items()}
+    for name, values in grid.items():
+        if not values:
             raise ValueError(f"'{name}' has no values: nothing would be run")
     settings = [dict(zip(grid, values)) for values in itertools.product(*grid.values())]
     portable = _portable(scene)
-    groups = [settings[i : i + piece] for i in range(0, len(settings), piece)]
+    groups = [settings[i : i + piece] for i in _firsts(len(settings), piece)]
     pieces = [(portable, time, group, measure) for group in groups]
     tables = _pieces.run(_cell, pieces, executor=executor, out=out, resume=resume, retries=retries, progress=progress)
     return Sweep(Table.of_rows([row for table in tables for row in table.rows]), grid)
+
+
+def _firsts(n: int, piece: int) -> range:
+    """Where each piece of so many begins."""
+    if piece < 1:
+        raise ValueError(f"piece: at least 1 goes to a worker, not {piece}")
+    return range(0, n, piece)
 
 
 def _worlds(scene: tuple, first: int, initial, control, nstep: int) -> Table:
@@ -124,7 +144,7 @@ def _worlds(scene: tuple, first: int, initial, control, nstep: int) -> Table:
     }
     names = ["time", *(f"qpos{i}" for i in range(model.nq)), *(f"qvel{i}" for i in range(model.nv)),
              *(f"act{i}" for i in range(model.na))]  # fmt: skip
-    columns |= dict(zip(names, states.reshape(worlds * steps, -1).T))
+    columns |= dict(zip(names, states.reshape(-1, len(names)).T))
     columns |= {f"sensor{i}": sensors[:, :, i].ravel() for i in range(sensors.shape[-1])}
     return Table({name: np.ascontiguousarray(c) for name, c in columns.items()})
 
@@ -146,21 +166,21 @@ def rollout_table(
 
     In: `scene` as for `Simulation.of`, `initial_state` (worlds, nstate) and `control` (worlds, nstep, nu) as for
     `penny.rollout.rollout`; the rest as for `sweep`. Out: `world`, `step`, `time`, qpos, qvel, act and sensor values
-    after each step.
+    after each step. Errors: `ValueError` for shapes that do not fit.
     """
+    from .rollout import _fits, _length, _with_dimensions
+
     portable = _portable(scene)
     model = portable[0](*portable[1])
-    width = mj_stateSize(model, mjtState.mjSTATE_FULLPHYSICS)
-    initial = np.asarray(initial_state, dtype=float).reshape(-1, width)
+    initial, control = _with_dimensions(initial_state, 2, "initial_state"), _with_dimensions(control, 3, "control")
+    _fits("initial_state", initial, mj_stateSize(model, mjtState.mjSTATE_FULLPHYSICS))
+    _fits("control", control, model.nu)
+    worlds, steps = _length(0, initial_state=initial, control=control), _length(1, nstep=nstep, control=control)
+    initial = np.broadcast_to(initial, (worlds, *initial.shape[1:]))
     if control is not None:
-        control = np.asarray(control, dtype=float)
-        control = control.reshape((1,) * (3 - control.ndim) + control.shape)
-        worlds = max(len(initial), len(control))
-        initial = np.broadcast_to(initial, (worlds, width))
         control = np.broadcast_to(control, (worlds, *control.shape[1:]))
-    steps = nstep or (control.shape[1] if control is not None else 1)
     pieces = []
-    for i in range(0, len(initial), piece):
+    for i in _firsts(worlds, piece):
         part = None if control is None else np.ascontiguousarray(control[i : i + piece])
         pieces.append((portable, i, np.ascontiguousarray(initial[i : i + piece]), part, steps))
     tables = _pieces.run(_worlds, pieces, executor=executor, out=out, resume=resume, retries=retries, progress=progress)

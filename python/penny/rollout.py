@@ -108,13 +108,18 @@ def _with_dimensions(array, n: int, name: str):
     return array.reshape((1,) * (n - array.ndim) + array.shape)
 
 
-def _length(axis: int, given: int | None, **arrays) -> int:
-    """The common length along an axis; those of length 1 fit any."""
-    found = {name: a.shape[axis] for name, a in arrays.items() if a is not None and a.shape[axis] != 1}
-    lengths = set(found.values()) | ({given} if given not in (None, 1) else set())
-    if len(lengths) > 1:
-        raise ValueError(f"lengths along dimension {axis} differ: {found}")
-    return lengths.pop() if lengths else 1
+def _length(axis: int, **given) -> int:
+    """The common length along an axis of arrays, and of numbers that say it; 1 and `None` fit any."""
+    lengths = {name: x.shape[axis] if isinstance(x, np.ndarray) else x for name, x in given.items()}
+    lengths = {name: n for name, n in lengths.items() if n not in (None, 1)}
+    if len(set(lengths.values())) > 1:
+        raise ValueError(f"lengths along dimension {axis} differ: {lengths}")
+    return next(iter(lengths.values()), 1)
+
+
+def _fits(name: str, array: np.ndarray | None, width: int) -> None:
+    if array is not None and array.shape[-1] != width:
+        raise ValueError(f"trailing dimension of {name} must be {width}, got {array.shape[-1]}")
 
 
 def _run(model, data, initial, control, spec, nstep, warm, state, sensordata, chunk, threads):
@@ -145,16 +150,14 @@ def _run(model, data, initial, control, spec, nstep, warm, state, sensordata, ch
             raise ValueError(f"{name} should be an array of 3 dimensions")
     nbatch = _length(
         0,
-        len(models),
+        model=len(models),
         initial_state=initial,
         initial_warmstart=warm,
         control=control,
         state=state,
         sensordata=sensordata,
     )
-    steps = _length(1, nstep, control=control, state=state, sensordata=sensordata)
-    if nstep is not None:
-        steps = nstep if steps == 1 else steps
+    steps = _length(1, nstep=nstep, control=control, state=state, sensordata=sensordata)
     widths = {
         "initial_state": (initial, mj_stateSize(first, mjtState.mjSTATE_FULLPHYSICS)),
         "control": (control, mj_stateSize(first, spec)),
@@ -163,8 +166,7 @@ def _run(model, data, initial, control, spec, nstep, warm, state, sensordata, ch
         "sensordata": (sensordata, first.nsensordata),
     }
     for name, (array, width) in widths.items():
-        if array is not None and array.shape[-1] != width:
-            raise ValueError(f"trailing dimension of {name} must be {width}, got {array.shape[-1]}")
+        _fits(name, array, width)
 
     def whole(array, *shape):
         return None if array is None else np.ascontiguousarray(np.broadcast_to(array, (*shape, array.shape[-1])))

@@ -69,6 +69,13 @@ def test_pushes_add_up_and_go():
         assert sim.step().model.body_mass[1] == 4
 
 
+def test_a_push_acts_at_a_place_that_is_where_the_body_is_now():
+    sim = penny.Simulation.from_path(MODELS / "stack.xml")
+    sim.qpos[:3] += [5, 0, 0]
+    sim.push(1, [0, 0, 1], sim.qpos[:3])
+    assert np.allclose(sim.xfrc_applied[1], [0, 0, 1, 0, 0, 0])
+
+
 def test_a_trajectory_goes_forwards():
     sim = penny.Simulation.from_path(CIRCLE)
     for seconds, every in ((-1, 1), (1, 0)):
@@ -115,6 +122,22 @@ def test_values_are_a_list_and_there_are_some():
     for values, said in (("penalty", r"takes a list of values: \['penalty'\]"), ([], "has no values")):
         with pytest.raises(ValueError, match=said):
             penny.sweep(CIRCLE, {"law": values})
+    with pytest.raises(ValueError, match="takes a list of values"):
+        penny.sweep(CIRCLE, {"timestep": np.array(0.001)})
+    assert len(penny.sweep(CIRCLE, {"timestep": (h for h in (0.001, 0.002))}, time=0.01).rows) == 2
+    with pytest.raises(ValueError, match="at least 1"):
+        penny.sweep(CIRCLE, {"timestep": [0.001]}, piece=-1)
+
+
+def test_a_thing_is_found_by_its_name_whatever_that_is():
+    text = (
+        '<mujoco><worldbody><body name="left.foot"><freejoint/><geom size=".1"/></body>'
+        '<body name="1" pos="1 0 0"><freejoint/><geom size=".1"/></body></worldbody></mujoco>'
+    )
+    masses = lambda sim: {f"m{i}": m for i, m in enumerate(sim.model.body_mass)}  # noqa: E731
+    grid = {"body.left.foot.mass": [2.0], "body.1.mass": [3.0]}
+    [row] = penny.sweep(text, grid, time=0.01, measure=masses).rows
+    assert (row["m1"], row["m2"]) == (2, 3)
 
 
 def test_a_run_takes_a_time_that_has_a_step():

@@ -66,6 +66,13 @@ def test_shapes_that_do_not_fit():
         ours.rollout(pair.pm, pair.pd, initial, np.zeros((4, 5, 3)))
     with pytest.raises(ValueError, match="mjSTATE_USER"):
         ours.rollout(pair.pm, pair.pd, initial, control_spec=1)
+    with pytest.raises(ValueError, match="'nstep': 4, 'control': 5"):
+        ours.rollout(pair.pm, pair.pd, initial, np.zeros((3, 5, 3)), nstep=4)
+    with pytest.raises(ValueError, match="trailing dimension of initial_state"):
+        penny.rollout(pair.pm, initial.T)
+    with pytest.raises(ValueError, match="'initial_state': 3, 'control': 2"):
+        penny.rollout(pair.pm, initial, np.zeros((2, 5, 3)))
+    assert len(penny.rollout(pair.pm, initial, nstep=0)["world"]) == 0
 
 
 def test_a_world_that_fails_is_named():
