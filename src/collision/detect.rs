@@ -92,11 +92,14 @@ fn collide(
     let (a, b) = (placed(pair.geom[0]), placed(pair.geom[1]));
     let mix = &model.mixes[pair.mix];
     hits.clear();
-    touch(&a, &b, mix.margin + mix.gap, hits);
+    // Below zero: what is not as deep as that is left out.
+    let reach = mix.margin + mix.gap;
+    touch(&a, &b, reach.max(0.0), hits);
     let body = pair.geom.map(|g| model.bodies[model.geoms[g].body].weld as u32);
     let geom = pair.geom.map(|g| g as u32);
     let flat = pair.kind[0] == GeomKind::Plane;
-    contacts.extend(hits.as_slice().iter().enumerate().map(|(i, hit)| {
+    let found = hits.as_slice().iter().filter(|hit| reach >= 0.0 || hit.dist <= reach);
+    contacts.extend(found.enumerate().map(|(i, hit)| {
         // Points of one plane share their frame.
         if i == 0 || !flat {
             last.see(hit, mix.condim > 1);

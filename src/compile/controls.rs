@@ -341,6 +341,7 @@ pub fn keyframes(world: &World, spec: &Spec, log: &mut Log) -> Vec<Keyframe> {
         let qvel = numbers("qvel", &key.qvel, vec![0.0; world.dofs.len()]);
         let ctrl = numbers("ctrl", &key.ctrl, vec![0.0; spec.actuators.len()]);
         let act = numbers("act", &key.act, vec![0.0; na]);
+        numbers("plastic", &key.plastic, Vec::new());
         let mocap_pos = numbers("mpos", &key.mpos, places.clone()).as_chunks().0.to_vec();
         let mocap_quat = numbers("mquat", &key.mquat, turns.clone()).as_chunks().0.to_vec();
         for joint in &world.joints {
@@ -375,6 +376,7 @@ fn meaning(world: &World, attribute: &str) -> String {
     match attribute {
         "ctrl" => return "one number for each actuator".into(),
         "act" => return "one number for each actuator with dynamics".into(),
+        "plastic" => return "one number for each joint that yields, and there is none: leave it out".into(),
         "mpos" => return "three numbers for each mocap body".into(),
         "mquat" => return "four numbers for each mocap body".into(),
         _ => {}

@@ -686,6 +686,7 @@ fn keyframe(item: &Item) -> Keyframe {
         ctrl: list("ctrl"),
         act: list("act"),
         mpos: list("mpos"),
+        plastic: list("plastic"),
         mquat: list("mquat"),
     }
 }

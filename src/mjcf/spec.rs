@@ -395,6 +395,7 @@ pub struct Keyframe {
     pub act: Option<Vec<f64>>,
     pub mpos: Option<Vec<f64>>,
     pub mquat: Option<Vec<f64>>,
+    pub plastic: Option<Vec<f64>>,
 }
 
 #[derive(Clone, Debug)]

@@ -62,14 +62,14 @@ pub const SCHEMA: &[Element] = &[
                 keyword("fusestatic", BOOL, "false").unsupported("fixed bodies would stay apart", "leave it out"),
                 keyword("coordinate", &["local"], "local").without_effect(),
                 keyword("conflict", &["warning", "merge", "error"], "warning").without_effect(),
+                keyword("passthrough", &["none", "textures"], "none").without_effect(),
             ],
             &silent_all(
                 ["discardvisual", "fitaabb", "savecanonical", "savecompiled", "saveinertial", "usethread"],
                 YES,
             ),
         ],
-    )
-    .and("passthrough"),
+    ),
     silent("lengthrange", "compiler", "")
         .typed(&[
             &silent_all(["accel", "interval", "inttotal", "maxforce", "timeconst", "timestep", "tolrange"], NUMBER),
@@ -731,9 +731,9 @@ pub const SCHEMA: &[Element] = &[
             list("act", ""),
             list("mpos", "m"),
             list("mquat", "1"),
+            list("plastic", ""),
         ]],
-    )
-    .and("plastic"),
+    ),
 ];
 
 const TENDON: &[Attribute] = &[

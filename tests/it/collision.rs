@@ -643,6 +643,32 @@ fn the_sweep_finds_what_testing_every_pair_finds() {
     }
 }
 
+/// Each two shapes are 10 mm deep in one another: a margin or gap of −5 mm leaves what is deeper than that, one of −1 m nothing.
+#[test]
+fn a_margin_below_zero_leaves_what_is_deeper() {
+    let names = ["plane", "sphere", "capsule", "ellipsoid", "cylinder", "box"];
+    for (a, b) in (0..6).flat_map(|a| (1..6).map(move |b| (a, b))) {
+        let contacts = |numbers: &str| {
+            let z = if a == 0 { 0.09 } else { 0.19 };
+            let text = format!(
+                "<mujoco><worldbody><geom type='{}' size='.1 .1 .1' {numbers}/><body pos='0 0 {z}'><freejoint/>
+                <geom type='{}' size='.1 .1 .1'/></body></worldbody></mujoco>",
+                names[a], names[b]
+            );
+            let model = penny::parse("two", &text).unwrap_or_else(|e| panic!("{e}")).model;
+            let mut data = Data::for_poses(&model);
+            detect(&model, &mut data);
+            data.contacts.iter().map(|c| c.dist).collect::<Vec<_>>()
+        };
+        let deep: Vec<f64> = contacts("").into_iter().filter(|dist| *dist <= -0.005).collect();
+        assert!(!deep.is_empty(), "{} {}", names[a], names[b]);
+        for attribute in ["margin", "gap"] {
+            assert_eq!(contacts(&format!("{attribute}='-.005'")), deep, "{attribute} of {} {}", names[a], names[b]);
+            assert!(contacts(&format!("{attribute}='-1'")).is_empty(), "{attribute} of {} {}", names[a], names[b]);
+        }
+    }
+}
+
 /// Whatever a diverging run hands to the colliders, they return.
 #[test]
 fn no_collider_panics_on_wild_numbers() {

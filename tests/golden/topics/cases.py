@@ -85,6 +85,8 @@ KINDS = {
     ],
     # … but for words that must be one of a few.
     "empty word": [f'<mujoco><compiler angle=""/><worldbody>{ARM}</worldbody></mujoco>', world(ARM, option='cone=""')],
+    # Words must be right, too, where they change nothing.
+    "word without effect": [f'<mujoco><compiler passthrough="{word}"/><worldbody>{ARM}</worldbody></mujoco>' for word in ("textures", "yes")],
     # A class may name what is not there as long as nothing ends up with it.
     "unused default": [
         world('<body><freejoint/><geom class="paint" material="blue" size=".1"/></body>', '<asset><material name="blue"/></asset><default><default class="paint"><geom material="none"/></default><default class="hull"><geom type="mesh" mesh="none"/></default></default>'),
@@ -103,6 +105,7 @@ KINDS = {
         world(ARM.replace('name="g"', 'user="1 2 3"')).replace("</mujoco>", '<size nuser_geom="2"/></mujoco>'),
         world(ARM.replace('name="j"', 'user="1"')).replace("</mujoco>", '<size nuser_jnt="0"/></mujoco>'),
         world(ARM.replace("<body", '<body user="1 2"')).replace("</mujoco>", '<size nuser_body="1"/></mujoco>'),
+        moving(ARM, 'plastic=".1"'),
     ],
     # Too little inertia.
     "too light": [
