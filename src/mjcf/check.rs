@@ -171,6 +171,7 @@ impl<'a> Check<'a> {
             self.attribute(node, attribute, name, row, in_default);
         }
         self.one_orientation(node);
+        self.one_damping(node);
         if name == "default" {
             self.class(node, parent);
         }
@@ -335,6 +336,17 @@ impl<'a> Check<'a> {
             let kind = ProblemKind::SeveralOrientations { element: element.name.to_string() };
             let problem = Problem::new(kind, second.name_span);
             self.problems.push(problem.related(first.name_span, "first one here"));
+        }
+    }
+
+    /// The damping of a servo in one form, whatever the numbers.
+    fn one_damping(&mut self, node: NodeId) {
+        let own = |name: &str| self.document.attribute(node, name);
+        if let (Some(_), Some(kv)) = (own("dampratio"), own("kv")) {
+            let element = self.document.node(node).name.to_string();
+            let kind = ProblemKind::Conflict { element, one: "dampratio".into(), other: "kv".into() };
+            let help = "either says how the actuator is damped";
+            self.problems.push(Problem::new(kind, kv.name_span).help(help));
         }
     }
 

@@ -451,9 +451,6 @@ impl<'a> Reader<'a> {
             let what = "a damper has no negative damping, which its class gives".to_string();
             self.meaningless(node, "kv", what, "give it a `kv`");
         }
-        if dampratio > 0.0 && kv > 0.0 {
-            self.conflict(node, "dampratio", "kv", "either says how the actuator is damped");
-        }
         let range = if activation == Activation::Integrator { "actrange" } else { "ctrlrange" };
         if inheritrange > 0.0 && item.array(range) != [0.0; 2] {
             self.conflict(node, "inheritrange", range, "either says the range");
