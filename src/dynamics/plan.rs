@@ -205,7 +205,8 @@ impl Plan {
             varies,
             mocap: mocap(model),
             mocap_geoms: touching(model, false).into_iter().filter(|g| model.bodies[g.body].weld != 0).collect(),
-            eulerdamp: flags.eulerdamp && damped.contains(&true),
+            // As in MuJoCo, what only drives (a damping below zero) is explicit.
+            eulerdamp: flags.eulerdamp && model.dofs.iter().any(|dof| flags.damper && dof.damping > 0.0),
             damped,
             implicit,
             limited: (0..model.joints.len()).filter(|&j| limits && model.joints[j].range.is_some()).collect(),

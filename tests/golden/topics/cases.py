@@ -69,6 +69,11 @@ KINDS = {
         f'<mujoco><size nkey="3"/><worldbody>{ARM}</worldbody><keyframe><key qpos=".5"/></keyframe></mujoco>',
         f'<mujoco><size nkey="1"/><worldbody>{ARM}</worldbody><keyframe><key qpos=".5"/><key qpos=".7"/></keyframe></mujoco>',
     ],
+    # A damping below zero drives, and is implicit only beside others.
+    "driving damper": [
+        world('<body><joint axis="0 1 0" damping="-.05"/><geom size=".1" pos=".2 0 0"/></body>'),
+        world('<body><joint axis="0 1 0" damping="-.05"/><geom size=".1" pos=".2 0 0"/></body><body><joint axis="0 1 0" damping=".05"/><geom size=".1" pos=".2 0 0"/></body>'),
+    ],
     # A ball joint that is limited without a range is held where it is.
     "held ball": [
         world('<body pos="0 0 1"><joint type="ball" damping="2"/><geom type="capsule" fromto="0 0 0 .3 0 0" size=".03"/></body>', '<default><joint limited="true"/></default>'),
