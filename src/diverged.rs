@@ -6,14 +6,14 @@ use crate::data::{Contact, Data};
 use crate::model::Model;
 use crate::state::State;
 
-/// A position, velocity or acceleration that is not finite, or beyond 1e10 (MuJoCo's bound).
+/// A position, velocity or acceleration, or the pose of a mocap body, that is not finite, or beyond 1e10 (MuJoCo's bound).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diverged {
     /// s
     pub time: f64,
     /// Index of the body.
     pub body: usize,
-    /// `qpos`, `qvel` or `qacc`.
+    /// `qpos`, `qvel`, `qacc`, `mocap_pos` or `mocap_quat`.
     pub quantity: &'static str,
     /// Index of the number in that quantity.
     pub index: usize,
@@ -51,13 +51,21 @@ pub(crate) fn sane(numbers: &[f64]) -> bool {
 /// Says which number left the bounds, and whose it is.
 #[cold]
 pub(crate) fn diverged(model: &Model, state: &State, data: &Data) -> Diverged {
-    let quantities = [("qpos", &state.qpos), ("qvel", &state.qvel), ("qacc", &data.qacc)];
+    let quantities = [
+        ("qpos", &state.qpos[..]),
+        ("qvel", &state.qvel),
+        ("qacc", &data.qacc),
+        ("mocap_pos", state.mocap_pos.as_flattened()),
+        ("mocap_quat", state.mocap_quat.as_flattened()),
+    ];
     let (quantity, index, value) = quantities
         .into_iter()
         .find_map(|(name, x)| Some(name).zip(x.iter().position(|x| !sane(&[*x]))).map(|(n, i)| (n, i, x[i])))
         .unwrap_or(("qpos", 0, f64::NAN));
     let body = match quantity {
         "qpos" => model.joints.iter().rev().find(|j| j.qposadr <= index).map_or(0, |j| j.body),
+        "mocap_pos" => model.mocap[index / 3],
+        "mocap_quat" => model.mocap[index / 4],
         _ => model.dofs[index].body,
     };
     let of_body = |c: &Contact| c.body.contains(&(body as u32));

@@ -36,7 +36,8 @@ pub fn step(model: &Model, method: &Method, state: &mut State, data: &mut Data) 
     if data.counts.crowded > 0 {
         return Err(StepError::Crowded { time, most: model.pairs.most_contacts });
     }
-    if sane(&state.qpos) & sane(&state.qvel) & sane(&data.qacc) {
+    let mocap = sane(state.mocap_pos.as_flattened()) & sane(state.mocap_quat.as_flattened());
+    if sane(&state.qpos) & sane(&state.qvel) & sane(&data.qacc) & mocap {
         Ok(())
     } else {
         Err(StepError::Diverged(diverged(model, state, data)))
@@ -46,7 +47,7 @@ pub fn step(model: &Model, method: &Method, state: &mut State, data: &mut Data) 
 /// Why a step could not be taken.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StepError {
-    /// A position, velocity or acceleration is not finite or beyond 1e10 (MuJoCo's bound).
+    /// A position, velocity or acceleration, or the pose of a mocap body, is not finite or beyond 1e10 (MuJoCo's bound).
     Diverged(Diverged),
     /// More contacts than the scene may have ([`crate::mjcf::Limits::contacts`]).
     Crowded {

@@ -159,7 +159,8 @@ impl Simulation {
         self.state.time
     }
 
-    /// Kinetic and potential energy, J, of the state as it is now; NaN if it is not a state of this model.
+    /// Kinetic and potential energy, J, of the state as it is now; NaN if it is not a state of this model. Poses and velocities of
+    /// bodies that are read afterwards are those of now, too.
     pub fn energy(&mut self) -> Energy {
         if self.state.suits(&self.model).is_err() {
             return Energy { kinetic: f64::NAN, potential: f64::NAN };
@@ -298,7 +299,8 @@ impl Simulation {
     ///
     ///     F ← F + f,   T ← T + (point − com) × f
     ///
-    /// The point is where it is now; later the force acts on the same place relative to the centre of mass, in world axes.
+    /// The point is where it is now, as are poses that are read afterwards; later the force acts on the same place relative to the
+    /// centre of mass, in world axes.
     ///
     /// Errors: [`Change::Unknown`] for the body, [`Change::Invalid`] for a number that is not finite, for a body that no joint
     /// moves, and where the state is not one of this model.

@@ -483,7 +483,10 @@ fn actuators_of_other_classes_are_taken_as_by_mujoco() {
     assert!(refused(backwards, "damper") && !refused(backwards, r#"damper kv="1""#));
     // Damping in two forms, whatever the numbers; what the actuator says takes the place of what its class says.
     assert!(refused(r#"<position kv="1" dampratio="1"/>"#, "motor"));
-    assert!(refused("", r#"position kv="0" dampratio="1""#) && !refused(r#"<position kv="1"/>"#, r#"position dampratio="1""#));
+    assert!(
+        refused("", r#"position kv="0" dampratio="1""#)
+            && !refused(r#"<position kv="1"/>"#, r#"position dampratio="1""#)
+    );
     // Like a damper, adhesion asks for a range, of all in its class.
     assert!(refused(r#"<adhesion gain="2"/>"#, "motor") && !refused(r#"<adhesion ctrlrange="0 1"/>"#, "motor"));
 }

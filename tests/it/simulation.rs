@@ -231,6 +231,23 @@ fn what_cannot_be_is_an_error_where_it_enters() {
     assert_eq!(sim.save(), clean.save());
 }
 
+/// Nothing would touch the body any more.
+#[test]
+fn a_mocap_body_has_a_pose() {
+    let mut sim = Simulation::from_xml(
+        "<mujoco><worldbody><body name='hand' mocap='true'><geom size='.1'/></body>
+        <body pos='0 0 1'><freejoint/><geom size='.1'/></body></worldbody></mujoco>",
+    )
+    .expect("a scene");
+    sim.state_mut().mocap_pos[0][2] = f64::NAN;
+    let error = sim.step().expect_err("no place").to_string();
+    assert!(error.contains("mocap_pos[2] of body 1 is NaN"), "{error}");
+    sim.reset();
+    sim.state_mut().mocap_quat[0][3] = f64::INFINITY;
+    let error = sim.step().expect_err("no direction").to_string();
+    assert!(error.contains("mocap_quat[3] of body 1 is inf"), "{error}");
+}
+
 /// A change numbers the parameters of contacts anew; contacts had the old numbers, or were gone.
 #[test]
 fn what_is_read_after_a_change_is_that_of_the_changed_scene() {
