@@ -198,15 +198,20 @@ class Simulation:
         return f"<penny.Simulation at {self.time:g} s, law {self.model.opt.law}>"
 
 
+def samples(what: str, seconds: float, every: int, timestep: float) -> int:
+    """How often so many steps fit into a time."""
+    if not 0 <= seconds < math.inf or every < 1:
+        raise ValueError(f"{what} takes a time from 0 s on and `every` from 1 on, not {seconds} and {every}")
+    return round(seconds / timestep) // every
+
+
 class Trajectory:
     """States over time, ready to be plotted: `time` (n), `qpos` (n, nq), `qvel` (n, nv), `energy` (n, 2)."""
 
     SHOTS = 5
 
     def __init__(self, sim: Simulation, seconds: float, every: int = 1):
-        if not 0 <= seconds < math.inf or every < 1:
-            raise ValueError(f"a trajectory takes a time from 0 s on and `every` from 1 on, not {seconds} and {every}")
-        steps = round(seconds / sim.model.opt.timestep) // every
+        steps = samples("a trajectory", seconds, every, sim.model.opt.timestep)
         rows: list[tuple] = []
         self.pictures: list[np.ndarray] = []
         shots = {round(k * steps / (self.SHOTS - 1)) for k in range(self.SHOTS)}

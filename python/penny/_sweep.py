@@ -13,7 +13,7 @@ from ._enums import mjtState
 from ._errors import StepError
 from ._penny import MjModel
 from ._pickle import reduce_model
-from ._simulation import Simulation
+from ._simulation import Simulation, samples
 from ._state import mj_stateSize
 from ._table import Sweep, Table
 
@@ -202,7 +202,7 @@ def compare(scene, *, time: float = 1.0, law: str = "mujoco", exact: bool = True
         for opt in (sim.model.opt, m.opt):
             opt.tolerance, opt.iterations = 0, max(opt.iterations, 1000)
     d, rows = mujoco.MjData(m), []
-    for _ in range(round(time / m.opt.timestep) // every):
+    for _ in range(samples("a comparison", time, every, m.opt.timestep)):
         sim.step(every)
         mujoco.mj_step(m, d, every)
         difference = float(np.abs(sim.data.qpos - d.qpos).max())

@@ -81,6 +81,8 @@ def test_a_trajectory_goes_forwards():
     for seconds, every in ((-1, 1), (1, 0)):
         with pytest.raises(ValueError, match="a trajectory takes a time from 0 s on"):
             sim.trajectory(seconds, every)
+        with pytest.raises(ValueError, match="a comparison takes a time from 0 s on"):
+            penny.compare(CIRCLE, time=seconds, every=every)
 
 
 def test_data_that_another_thread_steps_are_its_own():
