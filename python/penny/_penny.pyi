@@ -546,7 +546,7 @@ def mj_jacSubtreeCom(m: MjModel, d: MjData, jacp: NDArray[np.float64] | None, bo
     """Jacobian of the centre of mass of a body and all that hangs on it: `jacp` (3, nv)."""
 
 def mj_kinematics(m: MjModel, d: MjData) -> None:
-    """Poses of everything at qpos and mocap poses, and nothing else."""
+    """Poses of everything at qpos and mocap poses, and nothing else, unless the model was changed."""
 
 def mj_mulM(m: MjModel, d: MjData, res: NDArray[np.float64], vec: ArrayLike) -> None:
     """res = M vec"""

@@ -289,6 +289,16 @@ impl MjData {
         self.push(py);
     }
 
+    /// The same, and everything found anew where the model has changed: contacts refer to the model as it was.
+    pub fn follow(&mut self, py: Python, m: &mut MjModel) -> PyResult<()> {
+        self.pull(py, m)?;
+        if self.core.data.revision != self.core.model.revision() {
+            self.core.forward();
+            self.fresh(py);
+        }
+        Ok(())
+    }
+
     /// The engine has worked: arrays that are held get their new numbers now, the others when they are asked for.
     pub fn fresh(&mut self, py: Python) {
         self.version += 1;
@@ -483,7 +493,7 @@ impl MjData {
         let py = slf.py();
         let model = slf.try_borrow()?.model.clone_ref(py);
         let mut data = slf.try_borrow_mut()?;
-        data.pull(py, &mut model.bind(py).borrow_mut())?;
+        data.follow(py, &mut model.bind(py).borrow_mut())?;
         Ok(data.core.state.to_bytes())
     }
 
@@ -529,7 +539,7 @@ impl MjData {
         let py = slf.py();
         let own = slf.try_borrow()?.model.clone_ref(py);
         let mut this = slf.try_borrow_mut()?;
-        this.pull(py, &mut own.bind(py).borrow_mut())?;
+        this.follow(py, &mut own.bind(py).borrow_mut())?;
         let mut copy = MjData::new(py, model)?;
         copy.core.state.copy_from(&this.core.state);
         copy.core.at.copy_from(&this.core.at);

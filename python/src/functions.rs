@@ -162,14 +162,13 @@ pub fn mj_step2(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<(
     result
 }
 
-/// Poses of everything at qpos and mocap poses, and nothing else.
+/// Poses of everything at qpos and mocap poses, and nothing else, unless the model was changed.
 #[pyfunction]
 pub fn mj_kinematics(py: Python, m: &Bound<MjModel>, d: &Bound<MjData>) -> PyResult<()> {
     let mut data = d.try_borrow_mut()?;
-    data.pull(py, &mut m.borrow_mut())?;
+    data.follow(py, &mut m.borrow_mut())?;
     let Core { model, state, at, data: engine, .. } = &mut data.core;
     at.qpos.copy_from_slice(&state.qpos);
-    engine.follow(model);
     dynamics::mocap(model, state, engine);
     dynamics::kinematics(model, &state.qpos, engine);
     data.fresh(py);
@@ -561,7 +560,7 @@ pub fn mj_copyData(py: Python, dest: &Bound<MjData>, m: &Bound<MjModel>, src: &B
         return Ok(());
     }
     let (mut other, mut to) = (src.try_borrow_mut()?, dest.try_borrow_mut()?);
-    other.pull(py, &mut m.borrow_mut())?;
+    other.follow(py, &mut m.borrow_mut())?;
     to.pull(py, &mut m.borrow_mut())?;
     let (from, into) = (&other.core, &mut to.core);
     into.state.copy_from(&from.state);

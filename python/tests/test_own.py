@@ -76,6 +76,22 @@ def test_a_push_acts_at_a_place_that_is_where_the_body_is_now():
     assert np.allclose(sim.xfrc_applied[1], [0, 0, 1, 0, 0, 0])
 
 
+def test_contacts_are_those_of_the_changed_model():
+    for look in (
+        lambda sim: sim.push("b", [0, 0, 0]).data,
+        lambda sim: copy.copy(sim.data),
+        lambda sim: pickle.loads(pickle.dumps(sim.data)) and sim.data,
+    ):
+        sim = penny.Simulation.from_xml(
+            '<mujoco><worldbody><geom type="plane" size="1 1 1"/><body name="a" pos="0 0 .1"><freejoint/>'
+            '<geom size=".1" friction="3"/></body><body name="b" pos="1 0 .1"><freejoint/><geom name="b" size=".1" '
+            'friction="2"/></body></worldbody></mujoco>'
+        ).step(10)
+        sim.model.geom("b").friction[0] = 3
+        data = look(sim)
+        assert data.contact.friction[:, 0].tolist() == [3, 3] and data.qfrc_constraint[2] > 0
+
+
 def test_a_trajectory_goes_forwards():
     sim = penny.Simulation.from_path(CIRCLE)
     for seconds, every in ((-1, 1), (1, 0)):
