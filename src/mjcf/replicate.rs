@@ -136,6 +136,7 @@ fn copy_references(
     let at = worlds.iter().position(|&world| following(document, world, replicate, &mut later));
     later.extend(at.map_or(&[][..], |i| &worlds[i + 1..]));
     let later = names_within(document, &later);
+    let others = names_within(document, &[root]);
     let mut left_out = Named::new();
     for section in ["tendon", "contact", "equality", "actuator", "sensor", "deformable"] {
         let nodes = sections(document, root, &[section]);
@@ -150,7 +151,7 @@ fn copy_references(
         names.extend(names_within(document, &copied));
         let Some(last) = nodes.last() else { continue };
         copied.retain(|&child| {
-            let problem = judge(document, child, section, &names, &later, &left_out);
+            let problem = judge(document, child, section, [&names, &later, &others, &left_out]);
             let keep = problem.as_ref().is_none_or(|p| !matches!(p.kind, ProblemKind::Ignored { .. }));
             if !keep {
                 left_out.extend(names_within(document, &[child]));
@@ -262,14 +263,12 @@ fn refers(document: &Document, node: NodeId, names: &Named) -> bool {
     within(document, &[node]).into_iter().any(|n| references(document, n).iter().any(|(_, name)| names.contains(name)))
 }
 
-/// What is wrong with an element that is copied because of `names`, in MuJoCo's eyes.
+/// What is wrong with an element that is copied because of `names`, in MuJoCo's eyes; `others`: all names of the scene.
 fn judge(
     document: &Document,
     node: NodeId,
     section: &str,
-    names: &Named,
-    later: &Named,
-    left_out: &Named,
+    [names, later, others, left_out]: [&Named; 4],
 ) -> Option<Problem> {
     let ignored = |lost| {
         let kind = ProblemKind::Ignored { name: document.node(node).name.to_string(), lost };
@@ -286,7 +285,7 @@ fn judge(
             return ignored(format!("the {what} `{name}` is, too"));
         }
         let (copied, other): (Vec<_>, Vec<_>) = references.iter().partition(|(_, name)| names.contains(name));
-        let other = other.iter().find(|(_, name)| name.1 != "world");
+        let other = other.iter().find(|(_, name)| name.1 != "world" && others.contains(name));
         if let Some((_, (what, name))) = other
             && !copied.is_empty()
             && !matches!(section, "contact" | "sensor")
