@@ -398,7 +398,8 @@ pub const FIELDS: &[Field] = &[
     fixed("dof_parentid", Dof, One, Int, |m, i| {
         let body = &m.bodies[m.dofs[i].body];
         let parent = &m.bodies[m.bodies[body.parent].weld].dofs;
-        vec![if i > body.dofs.start { i as f64 - 1.0 } else { parent.end as f64 - 1.0 }]
+        let before = if i > body.dofs.start { body.dofs.start..i } else { parent.clone() };
+        vec![id(before.last())]
     }),
     fixed("dof_invweight0", Dof, One, Real, |m, i| vec![m.dofs[i].invweight0]),
     field(

@@ -263,3 +263,11 @@ def test_names_as_mujoco_keeps_them(pair):
 
     for kind in ("body", "jnt", "geom", "site", "cam", "eq", "tendon", "actuator", "sensor", "key"):
         assert all_names(pair.pm, kind) == all_names(pair.mm, kind), kind
+
+
+def test_dofs_of_what_a_body_without_joints_carries_have_no_parent():
+    scene = """<mujoco><worldbody><body><joint/><geom size="0.1"/></body>
+        <body mocap="true"><body><joint/><geom size="0.1"/>
+        <body><joint/><geom size="0.1"/></body></body></body></worldbody></mujoco>"""
+    theirs, ours = (module.MjModel.from_xml_string(scene).dof_parentid for module in (mujoco, penny))
+    assert np.array_equal(ours, theirs)

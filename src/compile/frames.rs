@@ -3,8 +3,13 @@
 use crate::math::{self, Mat3, Quat, Vec3};
 use crate::mjcf::spec::{Compiler, Orientation, Pose};
 
-/// Below this length a direction in a file counts as none (MuJoCo's `mjEPS`).
-pub const EPS: f64 = 1e-14;
+/// Below this length a direction in a file counts as none, and below this sine two directions as the same.
+///
+/// Source: checked by running MuJoCo 4.0.0.
+pub const EPS: f64 = 1e-7;
+
+/// What is wrong with a direction that is shorter.
+pub const TOO_SHORT: &str = "its length is below 1e-7";
 
 /// An attribute that should name a direction, but does not.
 #[derive(Clone, Copy, Debug)]
@@ -49,12 +54,12 @@ pub fn in_frames(frames: &[Pose], inner: (Vec3, Quat), compiler: &Compiler) -> R
 pub fn orientation(given: &Option<Box<Orientation>>, compiler: &Compiler) -> Result<Quat, NoDirection> {
     let Some(orientation) = given else { return Ok(Quat::identity()) };
     let unit = |attribute: &'static str, v: Vec3| {
-        if v.norm() < EPS { Err(NoDirection::new(attribute, "its length is zero")) } else { Ok(v / v.norm()) }
+        if v.norm() < EPS { Err(NoDirection::new(attribute, TOO_SHORT)) } else { Ok(v / v.norm()) }
     };
     let radian = |angle: f64| if compiler.degree { angle.to_radians() } else { angle };
     Ok(match **orientation {
         Orientation::Quat(q) => {
-            if nalgebra::Vector4::from(q).norm() < EPS {
+            if nalgebra::Vector4::from(q).norm() < math::MIN_VAL {
                 return Err(NoDirection::new("quat", "its length is zero"));
             }
             math::quat(&q)
@@ -77,13 +82,13 @@ pub fn orientation(given: &Option<Box<Orientation>>, compiler: &Compiler) -> Res
     })
 }
 
-/// The smallest turn that brings +Z onto the unit vector `z`; half a turn about X where z = −Z.
+/// The smallest turn that brings +Z onto the unit vector `z`; half a turn about X where z is −Z up to [`EPS`].
 ///
 ///     axis = Z × z / |Z × z|,   angle = atan2(|Z × z|, z·Z)
 pub fn from_z(z: &Vec3) -> Quat {
     let across = Vec3::z().cross(z);
     let sin = across.norm();
-    let axis = if sin < 1e-10 { Vec3::x() } else { across / sin };
+    let (axis, sin) = if sin < EPS { (Vec3::x(), 0.0) } else { (across / sin, sin) };
     math::axis_angle(&axis, sin.atan2(z.z))
 }
 

@@ -289,7 +289,7 @@ fn anchor_and_axis(joint: &spec::Joint, compiler: &spec::Compiler, log: &mut Log
         return (pos, Vec3::z());
     }
     if axis.norm() < EPS {
-        no_direction(joint.node, NoDirection::new("axis", "its length is zero"), log);
+        no_direction(joint.node, NoDirection::new("axis", frames::TOO_SHORT), log);
         return (pos, Vec3::z());
     }
     (pos, turn * (axis / axis.norm()))

@@ -7,6 +7,11 @@ use crate::math::{self, MIN_VAL, Mat3, Quat, Vec3};
 use crate::mjcf::{ProblemKind, Spec, spec};
 use crate::model::{Body, Dof, FreeBody, Geom, Joint, JointKind, Tree};
 
+/// Geoms up to this mass do not count, kg.
+///
+/// Source: checked by running MuJoCo 4.0.0.
+const LEAST_MASS: f64 = 1e-14;
+
 /// Fills everything about mass into a scene that is laid out: bodies and free bodies.
 pub fn fill(world: &mut World, spec: &Spec, log: &mut Log) {
     let mut pieces = Vec::new();
@@ -88,7 +93,7 @@ fn geom_pieces(world: &World, id: usize, compiler: &spec::Compiler, pieces: &mut
     for g in world.bodies[id].geoms.clone() {
         let (geom, spec) = (&world.geoms[g], world.geom_specs[g]);
         let piece = geom_piece(geom, spec);
-        if piece.mass > frames::EPS && (low..=high).contains(&geom.group) {
+        if piece.mass > LEAST_MASS && (low..=high).contains(&geom.group) {
             pieces.push(piece);
         }
     }
@@ -171,8 +176,8 @@ fn check_moving(world: &World, id: usize, log: &mut Log) {
         return;
     }
     let geoms: f64 = body.geoms.clone().map(|g| geom_piece(&world.geoms[g], world.geom_specs[g]).mass).sum();
-    if body.mass == 0.0 && geoms > 0.0 && geoms <= frames::EPS {
-        let value = format!("{geoms:.1e} kg in geoms, which count from {:e} on", frames::EPS);
+    if body.mass == 0.0 && geoms > 0.0 && geoms <= LEAST_MASS {
+        let value = format!("{geoms:.1e} kg in geoms, which count from {:e} on", LEAST_MASS);
         let kind = ProblemKind::MovingTooLight { body: label("body", &body.name, id), what: "mass", value };
         log.error(world.body_specs[id].node, kind, LARGER_UNITS);
         return;

@@ -14,7 +14,8 @@ use super::spec::Compiler;
 use crate::math::{self, Quat, Vec3};
 
 /// What other elements call an element: (kind, name).
-type Named = BTreeSet<(&'static str, String)>;
+type Name = (&'static str, String);
+type Named = BTreeSet<Name>;
 
 /// Replaces what stands in every `<replicate>` by a `<frame>` for each replica.
 ///
@@ -26,6 +27,10 @@ type Named = BTreeSet<(&'static str, String)>;
 /// these names from another section (contacts, equality constraints, tendons, actuators, sensors) is copied with it:
 /// out of its place, to the end of its section, once for each replica. Inner replicates come before outer ones.
 /// Keyframes are not copied.
+///
+/// What it refers to beside these names must stand before the replicate, for MuJoCo copies it when it comes to the
+/// replicate's end. And one equality, one actuator, or one geom of a tendon with its side site cannot refer to both:
+/// MuJoCo leaves it out without a word, and all that refers to it.
 pub fn expand(document: &mut Document, compiler: &Compiler, limits: &Limits, problems: &mut Vec<Problem>) {
     let Some(root) = document.root() else { return };
     let mut replicates = Vec::new();
@@ -105,6 +110,14 @@ fn replicate(
     copy_references(document, root, node, names, &suffixes, limits, problems);
 }
 
+/// What comes after a replicate in what a node contains. Out: whether the replicate is there.
+fn following(document: &Document, node: NodeId, replicate: NodeId, later: &mut Vec<NodeId>) -> bool {
+    let children = &document.node(node).children;
+    let at = children.iter().position(|&c| c == replicate || following(document, c, replicate, later));
+    later.extend(at.map_or(&[][..], |i| &children[i + 1..]));
+    at.is_some()
+}
+
 /// Copies what refers to one of the names: tendons first, since actuators refer to them, and sensors to all.
 fn copy_references(
     document: &mut Document,
@@ -118,6 +131,13 @@ fn copy_references(
     if names.is_empty() {
         return;
     }
+    let worlds = sections(document, root, &["worldbody"]);
+    let mut later = Vec::new();
+    let at = worlds.iter().position(|&world| following(document, world, replicate, &mut later));
+    later.extend(at.map_or(&[][..], |i| &worlds[i + 1..]));
+    let later = names_within(document, &later);
+    let others = names_within(document, &[root]);
+    let mut left_out = Named::new();
     for section in ["tendon", "contact", "equality", "actuator", "sensor", "deformable"] {
         let nodes = sections(document, root, &[section]);
         let mut copied = Vec::new();
@@ -130,6 +150,15 @@ fn copy_references(
         }
         names.extend(names_within(document, &copied));
         let Some(last) = nodes.last() else { continue };
+        copied.retain(|&child| {
+            let problem = judge(document, child, section, [&names, &later, &others, &left_out]);
+            let keep = problem.as_ref().is_none_or(|p| !matches!(p.kind, ProblemKind::Ignored { .. }));
+            if !keep {
+                left_out.extend(names_within(document, &[child]));
+            }
+            problems.extend(problem);
+            keep
+        });
         let size: usize = copied.iter().map(|&child| size(document, child)).sum();
         if size.saturating_mul(suffixes.len()).saturating_add(document.nodes.len()) > limits.elements {
             let kind = ProblemKind::OverLimit { what: "elements", limit: limits.elements };
@@ -202,25 +231,68 @@ fn named(document: &Document, node: NodeId, attribute: &Attribute) -> Option<&'s
     })
 }
 
+/// Elements and all within them.
+fn within(document: &Document, nodes: &[NodeId]) -> Vec<NodeId> {
+    let mut all = nodes.to_vec();
+    let mut i = 0;
+    while i < all.len() {
+        all.extend(&document.node(all[i]).children);
+        i += 1;
+    }
+    all
+}
+
 /// The names that elements and all within give themselves.
 fn names_within(document: &Document, nodes: &[NodeId]) -> Named {
-    let mut names = Named::new();
-    let mut open = nodes.to_vec();
-    while let Some(node) = open.pop() {
-        if let Some(name) = document.attribute(node, "name")
-            && let Some(what) = named(document, node, name)
-        {
-            names.insert((what, name.value.to_string()));
-        }
-        open.extend(&document.node(node).children);
-    }
-    names
+    let own = |node| {
+        let name = document.attribute(node, "name")?;
+        Some((named(document, node, name)?, name.value.to_string()))
+    };
+    within(document, nodes).into_iter().filter_map(own).collect()
+}
+
+/// What an element itself, without those within, refers to: things in bodies, tendons and actuators.
+fn references(document: &Document, node: NodeId) -> Vec<(&Attribute, Name)> {
+    let things = ["body", "joint", "geom", "site", "camera", "tendon", "actuator"];
+    let given = document.attributes(node).iter().filter(|a| a.name != "name");
+    let meant = |a| named(document, node, a).filter(|what| things.contains(what));
+    given.filter_map(|a| Some((a, (meant(a)?, a.value.to_string())))).collect()
 }
 
 fn refers(document: &Document, node: NodeId, names: &Named) -> bool {
-    let meant = |a: &Attribute| {
-        a.name != "name" && named(document, node, a).is_some_and(|what| names.contains(&(what, a.value.to_string())))
+    within(document, &[node]).into_iter().any(|n| references(document, n).iter().any(|(_, name)| names.contains(name)))
+}
+
+/// What is wrong with an element that is copied because of `names`, in MuJoCo's eyes; `others`: all names of the scene.
+fn judge(
+    document: &Document,
+    node: NodeId,
+    section: &str,
+    [names, later, others, left_out]: [&Named; 4],
+) -> Option<Problem> {
+    let ignored = |lost| {
+        let kind = ProblemKind::Ignored { name: document.node(node).name.to_string(), lost };
+        Some(Problem::new(kind, document.span(node)))
     };
-    document.attributes(node).iter().any(meant)
-        || document.node(node).children.iter().any(|&child| refers(document, child, names))
+    for part in within(document, &[node]) {
+        let references = references(document, part);
+        if let Some((attribute, (what, name))) = references.iter().find(|(_, name)| later.contains(name)) {
+            let what = format!("the {what} `{name}` comes after the `<replicate>` whose copies are meant here, too");
+            let help = "what refers to copies may refer only to what comes before their `<replicate>`: move it down";
+            return Some(Problem::new(ProblemKind::Meaningless { what }, attribute.value_span).help(help));
+        }
+        if let Some((_, (what, name))) = references.iter().find(|(_, name)| left_out.contains(name)) {
+            return ignored(format!("the {what} `{name}` is, too"));
+        }
+        let (copied, other): (Vec<_>, Vec<_>) = references.iter().partition(|(_, name)| names.contains(name));
+        let other = other.iter().find(|(_, name)| name.1 != "world" && others.contains(name));
+        if let Some((_, (what, name))) = other
+            && !copied.is_empty()
+            && !matches!(section, "contact" | "sensor")
+        {
+            let lost = format!("it ties copies in a `<replicate>` to the {what} `{name}`, which MuJoCo 4.0 leaves out");
+            return ignored(lost);
+        }
+    }
+    None
 }

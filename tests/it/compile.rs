@@ -652,3 +652,23 @@ fn one_dof_of_a_free_joint_can_be_changed() {
     let right = [0.0, 1.0 - h * 4.0 / (2.0 + h * 4.0), -4.0 * h];
     assert!(sim.state.qvel.iter().zip(right).all(|(v, right)| (v - right).abs() < 1e-15), "{:?}", sim.state.qvel);
 }
+
+/// As MuJoCo 4.0.0: half a turn that came through single precision is still half a turn about X, not about −Y.
+#[test]
+fn directions_are_the_same_and_none_below_a_ten_millionth() {
+    let load = |text: &str| penny::parse("scene.xml", &format!("<mujoco><worldbody>{text}</worldbody></mujoco>"));
+    let of = |zaxis: &str| load(&format!("<body zaxis='{zaxis}'/>")).unwrap().model.bodies[1].quat;
+    assert_eq!(of("-8.742278e-08 0 -1"), of("0 0 -1"));
+    assert_eq!(of("0 -4.371139e-08 1"), of("0 0 1"));
+    assert_ne!(of("2e-7 0 1"), of("0 0 1"));
+    for short in [
+        "<body zaxis='0 0 {}'/>",
+        "<body axisangle='0 {} 0 30'/>",
+        "<body xyaxes='1 0 0 1 {} 0'/>",
+        "<body><joint axis='{} 0 0'/><geom size='1'/></body>",
+        "<geom type='capsule' size='1' fromto='0 0 0 0 0 {}'/>",
+    ] {
+        assert!(load(&short.replace("{}", "9e-8")).is_err_and(|e| e.to_string().contains("no-direction")), "{short}");
+        assert!(load(&short.replace("{}", "1.1e-7")).is_ok(), "{short}");
+    }
+}

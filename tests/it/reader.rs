@@ -167,6 +167,43 @@ fn an_actuator_acts_on_what_mujoco_takes_and_the_rest_is_told() {
     }
 }
 
+/// As MuJoCo 4.0.0: what ties a replica to something outside is left out unless it is a contact, a sensor or a tendon of
+/// several sites or joints; and what refers to it.
+#[test]
+fn what_refers_to_replicas_and_to_something_else_is_copied_as_in_mujoco() {
+    let [crank, site] = ["cranksite='s' slidersite='{}' cranklength='1'", "site='s' refsite='{}'"];
+    let cases = [
+        ("<contact><exclude body1='o' body2='b'/></contact>", [0, 0, 0, 0]),
+        ("<equality><joint joint1='k' joint2='j'/></equality>", [0, 0, 0, 0]),
+        ("<equality><connect site1='s' site2='w'/><connect site1='s' site2='t'/></equality>", [2, 0, 0, 0]),
+        ("<equality><weld body1='b' body2='world'/></equality>", [2, 0, 0, 0]),
+        (&format!("<actuator><motor {}/></actuator>", crank.replace("{}", "w")), [0, 0, 0, 0]),
+        (&format!("<actuator><motor {}/></actuator>", crank.replace("{}", "t")), [0, 2, 0, 0]),
+        (&format!("<actuator><motor {}/></actuator>", site.replace("{}", "w")), [0, 0, 0, 0]),
+        ("<sensor><framepos objtype='body' objname='b' reftype='body' refname='o'/></sensor>", [0, 0, 2, 0]),
+        ("<tendon><fixed><joint joint='k' coef='1'/><joint joint='j' coef='1'/></fixed></tendon>", [0, 0, 0, 2]),
+        ("<tendon><spatial><site site='w'/><geom geom='g'/><site site='s'/></spatial></tendon>", [0, 0, 0, 2]),
+        (
+            "<tendon><spatial name='a'><site site='w'/><geom geom='g' sidesite='s'/><site site='s'/></spatial></tendon>
+             <equality><tendon tendon1='a'/></equality><actuator><motor name='m' tendon='a'/></actuator>
+             <sensor><tendonpos tendon='a'/><actuatorfrc actuator='m'/></sensor>",
+            [0, 0, 0, 0],
+        ),
+    ];
+    for (refer, expected) in cases {
+        let text = format!(
+            "<mujoco><worldbody><site name='w' pos='0 0 2'/>
+             <body name='o'><joint name='k'/><geom name='g' pos='0 0 1' size='0.1'/></body>
+             <replicate count='2'><body name='b'><joint name='j'/><geom size='0.1'/><site name='s'/>
+             <body><joint/><geom size='0.1' pos='1 0 0'/><site name='t' pos='1 0 0'/></body></body></replicate>
+             </worldbody>{refer}</mujoco>"
+        );
+        let model = penny::parse("scene.xml", &text).unwrap_or_else(|failure| panic!("{failure}")).model;
+        let found = [model.equalities.len(), model.actuators.len(), model.sensors.len(), model.tendons.len()];
+        assert_eq!(found, expected, "equalities, actuators, sensors, tendons of {refer}");
+    }
+}
+
 /// As MuJoCo 4.0.0: a range that is inherited limits where one that is given would.
 #[test]
 fn what_is_limited_is_limited_by_an_inherited_range_as_by_its_own() {
