@@ -7,8 +7,7 @@
 //!
 //!     apart by d and c:    e = ½ (d / (r^p − 1) + c / (s^p − 1)),    1 ≤ p ≤ 2
 //!
-//! with the lesser of the orders that the last three runs and the three before them show. A run of an integrator of another order
-//! errs otherwise: how far the two are apart is what the worse of them errs, or nearly so.
+//! with the lesser of the orders that the last three runs and the three before them show.
 
 use super::between::Between;
 use super::{Choice, MOST_EVALUATIONS, SAMPLES, Stepping};
@@ -103,42 +102,32 @@ pub struct Promise {
     pub knob: f64,
 }
 
-/// How wrong an estimate may be: where something touches, of fixed steps and of controlled ones; and where the motion is smooth.
-const MARGIN: [f64; 3] = [1.0, 2.0, 1.05];
+/// How wrong the estimate may be where the motion is smooth. Where something touches the mean of two is believed as it is, and
+/// controlled steps err their tolerance at least.
+const MARGIN: f64 = 1.05;
 /// A finer knob is this much finer at least and at most: of timesteps where something touches and where nothing does, and of
 /// tolerances.
 const FINER: [[f64; 2]; 3] = [[2.0, 4.0], [1.5, 8.0], [4.0, 100.0]];
-/// The second run of controlled steps takes about this many times the effort of the first.
-const EFFORT: f64 = 2.0;
-/// Its tolerance is this part of what is wanted.
-const FIRST: f64 = 0.75;
-/// The first run has no larger one than this part of the largest body's reach: that would be blind.
-const COARSE: f64 = 0.1;
-/// The order of tolerances that is assumed where two runs are all there is: where something touches, and of smooth motion.
-const UNSEEN: [f64; 2] = [0.3, 0.75];
-/// The second of fixed steps are this many times shorter.
+/// The second run takes this many times the effort of the first.
 const DOUBLE: f64 = 2.0;
+/// The second tolerance is this part of what is wanted.
+const SECOND: f64 = 0.75;
+/// The first one is no larger than this part of the largest body's reach: that would be blind.
+const COARSE: f64 = 0.1;
+/// The order that is assumed where two controlled runs are all there is.
+const UNSEEN: f64 = 0.75;
 /// The first of fixed steps, in samples; the second have half of that, and the third an eighth. Those of higher order begin with
 /// [`DOUBLE`], and halve it.
 const FEW: f64 = 8.0;
-/// Fixed steps that diverge are followed by ones this many times shorter, and the first that do not by ones this many times shorter
-/// still: there is little between steps that diverge and steps that are good.
-const ONSET: f64 = 1.4;
-const PROOF: f64 = 1.2;
+/// Fixed steps that diverge are followed by ones this many times shorter, and so are the first that do not: there is little between
+/// steps that diverge and steps that are good.
+const ONSET: f64 = 1.3;
 /// This many of the first runs may be too coarse to come nearer to one another.
 const BLIND: usize = 5;
 /// An order below this is none: the runs do not converge.
 const NONE: f64 = 0.25;
-/// Of smooth motion finer steps have at least this, whatever coarse ones showed.
-const EXPECTED: f64 = 0.8;
-/// No higher order is believed where contacts begin and end, for there runs may agree by accident, and seem to be of any order;
-/// nor of tolerances.
-const MOST_ORDER: [f64; 2] = [1.0, 0.9];
 /// Where things touch and steps are so long that `refsafe` makes them softer, they sink by what grows with the step's square.
 const SOFT: f64 = 2.0;
-/// Of smooth motion fixed steps this many times as long, in a run that is no farther off than things are large, err as many times as
-/// much.
-const FAR: std::ops::Range<f64> = 3.5..8.5;
 /// However far apart their tolerances are, of two controlled runs the distance of the finer one is this many times what it errs at most where
 /// things touch.
 const NEARER: f64 = 3.0;
@@ -201,7 +190,7 @@ impl<'c> Ladder<'c> {
     /// How much finer the second run is.
     fn apart(&self) -> f64 {
         match self.rungs.last() {
-            _ if self.controlled => EFFORT.powi(i32::from(self.integrator.order)),
+            _ if self.controlled => DOUBLE.powi(i32::from(self.integrator.order)),
             Some(last) if last.stride > 2 && last.stride < FEW as usize => last.stride as f64,
             _ => DOUBLE,
         }
@@ -213,7 +202,7 @@ impl<'c> Ladder<'c> {
             let few = if self.integrator.order > 1 { DOUBLE } else { FEW };
             return case.seconds / SAMPLES as f64 * few;
         }
-        (FIRST * self.apart() * tolerance).min(COARSE * self.reach)
+        (SECOND * self.apart() * tolerance).min(COARSE * self.reach)
     }
 
     /// Whether a run and the one before it are smooth.
@@ -224,22 +213,23 @@ impl<'c> Ladder<'c> {
 
     /// How wrong the estimate of a run may be.
     fn margin(&self, rung: usize) -> f64 {
-        MARGIN[if self.smooth(rung) { 2 } else { usize::from(self.controlled) }]
+        if self.smooth(rung) { MARGIN } else { 1.0 }
     }
 
-    /// The order that is believed of the last three runs up to one.
+    /// The order that is believed of the last three runs up to one: of tolerances, and where contacts begin and end, no more
+    /// than 1, for there runs may agree by accident, and seem to be of any order.
     fn order(&self, rung: usize) -> Option<f64> {
         let most = match (self.controlled, self.smooth(rung)) {
             (false, true) => f64::from(self.integrator.order),
             (false, false) if self.rungs[rung].timestep > self.safe => SOFT,
-            (controlled, _) => MOST_ORDER[usize::from(controlled)],
+            _ => 1.0,
         };
         Some(self.shown(rung)?.clamp(NONE, most))
     }
 
     /// The order that is believed of two runs alone: of fixed steps one less than in theory.
-    fn unseen(&self, smooth: usize) -> f64 {
-        if self.controlled { UNSEEN[smooth] } else { (f64::from(self.integrator.order) - 1.0).max(1.0) }
+    fn unseen(&self) -> f64 {
+        if self.controlled { UNSEEN } else { (f64::from(self.integrator.order) - 1.0).max(1.0) }
     }
 
     /// What a run of fixed steps errs where things touch, by the two before it.
@@ -256,35 +246,37 @@ impl<'c> Ladder<'c> {
         Some(order([first.knob, before.knob, last.knob], [before.difference?, last.difference?]))
     }
 
-    /// The error of a run by those of its own ladder.
-    pub fn paired(&self, rung: usize) -> Bound {
+    /// The error of a run by the others: by coarser ones, or by the next finer one.
+    pub fn bound(&self, rung: usize) -> Bound {
         let rungs = &self.rungs;
-        // How far run k is from the one before it, what it errs, and at most.
+        // How far run k is from the one before it, and what it errs.
         let finer = |k: usize| {
             let (before, last) = (rungs.get(k.checked_sub(1)?)?, rungs.get(k)?);
-            let smooth = usize::from(self.smooth(k));
-            let apart = last.difference?;
-            if !self.controlled && smooth == 0 {
-                let error = self.touching(k)?;
-                return Some([apart, error, self.margin(k) * error]);
+            let (apart, smooth) = (last.difference?, self.smooth(k));
+            if !self.controlled && !smooth {
+                return Some((apart, self.touching(k)?));
             }
-            let order = self.order(k).unwrap_or_else(|| self.unseen(smooth));
+            let order = self.order(k).unwrap_or_else(|| self.unseen());
             let gain = (before.knob / last.knob).powf(order) - 1.0;
-            let gain = if smooth == 0 { gain.min(NEARER) } else { gain };
-            // Two controlled runs that agree may miss a landing alike: neither errs less than its tolerance.
-            let floor = if smooth == 0 { last.knob } else { 0.0 };
-            let far = |[ratio, apart]: &&[f64; 2]| !self.controlled && FAR.contains(ratio) && *apart <= self.reach;
-            let far = last.coarser.iter().filter(far).map(|[ratio, apart]| apart / (ratio.powf(order.max(1.0)) - 1.0));
-            let error = far.fold(apart / gain, f64::min).max(floor);
-            Some([apart, error, self.margin(k) * error])
+            let error = match (self.controlled, smooth) {
+                // Two that agree may miss a landing alike: neither errs less than its tolerance.
+                (true, false) => (apart / gain.min(NEARER)).max(last.knob),
+                (true, true) => apart / gain,
+                (false, _) => {
+                    let near = last.coarser.iter().filter(|[_, apart]| *apart <= self.reach);
+                    let errors = near.map(|[ratio, apart]| apart / (ratio.powf(order.max(1.0)) - 1.0));
+                    errors.fold(apart / gain, f64::min)
+                }
+            };
+            Some((apart, error))
         };
         let none = Bound { error: f64::INFINITY, most: f64::INFINITY };
         if rungs[rung].stride > 1 || rungs[rung].blind {
             return none;
         }
-        let as_fine = finer(rung).map(|[_, error, most]| Bound { error, most });
-        let as_coarse = finer(rung + 1)
-            .map(|[apart, error, most]| Bound { error: apart + error, most: self.margin(rung + 1) * apart + most });
+        let bound = |k: usize, error: f64| Bound { error, most: self.margin(k) * error };
+        let as_fine = finer(rung).map(|(_, error)| bound(rung, error));
+        let as_coarse = finer(rung + 1).map(|(apart, error)| bound(rung + 1, apart + error));
         [as_fine, as_coarse].into_iter().flatten().fold(none, |a, b| if b.most < a.most { b } else { a })
     }
 
@@ -304,23 +296,22 @@ impl<'c> Ladder<'c> {
     /// The next run where nothing is known: of fixed steps that diverge, or just do not, those a little shorter.
     pub fn second(&self) -> Option<Promise> {
         let [.., last] = &self.rungs[..] else { return None };
-        let diverged = |rung: &Rung| !rung.whole();
         let ratio = match &self.rungs[..] {
             _ if self.controlled || last.stride > 1 => return self.finer(self.apart()),
-            [.., last] if diverged(last) => ONSET,
-            [.., before, _] if diverged(before) => PROOF,
+            [.., last] if !last.whole() => ONSET,
+            [.., before, _] if !before.whole() => ONSET,
             _ => DOUBLE,
         };
         let each = last.planned / SAMPLES as f64;
         self.finer((ratio * each).round().max(each + 1.0) / each)
     }
 
-    /// What it takes to come from an error (m) of the last run to the tolerance; `None` if it cannot, or has not begun.
+    /// What it takes to come from an error of the last run to the tolerance (m); `None` if it cannot, or has not begun.
     pub fn promise(&self, case: &Case, error: f64, tolerance: f64) -> Option<Promise> {
         if let Some(paused) = &self.paused {
             let (done, effort) = (paused.part(case), paused.evaluations());
             let whole = effort / done.max(1e-9);
-            let next = if self.rungs.is_empty() { EFFORT * whole } else { 0.0 };
+            let next = if self.rungs.is_empty() { DOUBLE * whole } else { 0.0 };
             return Some(Promise { cost: whole - effort + next, knob: paused.knob });
         }
         let last = self.rungs.last()?;
@@ -338,16 +329,13 @@ impl<'c> Ladder<'c> {
         let error = apart.map_or(error, |apart| error.min(apart / (ratio.powf(theory) - 1.0)));
         // Runs that are farther apart than things are large tell nothing.
         let error = if touching { error.min(self.reach) } else { error };
-        let least_order = if self.smooth(k) { EXPECTED } else { NONE };
         let order = match self.shown(k) {
             // What comes to rest is forgotten.
             Some(shown) if touching => shown.max(1.0),
-            _ if self.controlled => self.order(k).unwrap_or(1.0).max(least_order),
-            _ => self.order(k).unwrap_or(theory).max(least_order),
+            _ => self.order(k).unwrap_or(if self.controlled { 1.0 } else { theory }),
         };
         // A little more than is needed, lest that be found a little too little.
-        let margin = if self.controlled { self.margin(k) } else { self.margin(k).powi(2) };
-        let wanted = (margin * error / tolerance).powf(1.0 / order).max(least);
+        let wanted = (self.margin(k).powi(2) * error / tolerance).powf(1.0 / order).max(least);
         // Too far to arrive: but a finer run tells until when there is agreement.
         let cost = self.finer(wanted).map_or(f64::INFINITY, |promise| promise.cost);
         Some(Promise { cost, ..self.finer(wanted.min(most))? })

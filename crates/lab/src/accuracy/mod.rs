@@ -4,11 +4,11 @@
 //!                     └ twin runs → how fast errors grow (`horizon`)
 //!
 //! A ladder is one integrator with knobs x₀ > x₁ > …: its timestep, or where it controls its steps their tolerance. What a run
-//! errs is told by how far it is from others: from the next of its own ladder, and from those of integrators of other order,
-//! which err otherwise (`ladder`). How errors shrink from knob to knob predicts which knob reaches the tolerance, and at what
-//! cost; what the beginning of a controlled run took predicts what the whole will. The ladder whose prediction is cheapest
-//! takes the next run, or goes on with its own, until a run has an error, with a margin, within the tolerance. Cost is counted
-//! in evaluations of the accelerations, so that the same scene gives the same choice on every machine.
+//! errs is told by how far it is from the others of its ladder (`ladder`), and guessed by how far it is from runs of integrators of
+//! other order, which err otherwise. How errors shrink from knob to knob predicts which knob reaches the tolerance, and at what
+//! cost; what the beginning of a controlled run took predicts what the whole will. The ladder whose prediction is cheapest takes the
+//! next run, or goes on with its own, until a run has an error within the tolerance. Cost is counted in evaluations of the
+//! accelerations, so that the same scene gives the same choice on every machine.
 //!
 //! Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, §II.4 (Richardson).
 
@@ -22,7 +22,7 @@ pub use self::run::Run;
 
 use std::fmt;
 
-use self::ladder::{Bound, Ladder, reach};
+use self::ladder::{Ladder, reach};
 use super::explain::Budget;
 use super::sweep::Case;
 use super::sweep::trajectory::{Pose, distance};
@@ -95,14 +95,13 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// Fixed steps that diverge are made shorter while there are this many a sample at most.
-const CHEAP: f64 = 8.0;
-/// Fixed steps of the highest order are not tried where controlled ones promise to take this many evaluations a sample at most.
-const HIGH: f64 = 12.0;
+/// Runs of this many evaluations at most are cheap: fixed steps that diverge are made shorter up to there, and those of the
+/// highest order are not tried where controlled ones promise as much.
+const CHEAP: f64 = 8.0 * SAMPLES as f64;
+/// The beginning of a run of controlled steps, which tells its cost, takes this many.
+const TASTE: usize = SAMPLES;
 /// No other steps are tried while the first ladder promises to arrive by this many times what was spent.
 const SOON: f64 = 8.0;
-/// The beginning of a run of controlled steps, which tells its cost, takes this many evaluations.
-const TASTE: usize = 48;
 /// A run of more evaluations is not tried.
 const MOST_EVALUATIONS: usize = 3_000_000;
 /// Nor a search of more.
@@ -145,25 +144,21 @@ struct Search<'c> {
 }
 
 impl Search<'_> {
-    /// How far a run may be from the truth: by its own ladder, where a run agrees that differs only in its steps.
-    fn bound(&self, ladder: usize, rung: usize) -> Bound {
-        self.ladders[ladder].paired(rung)
-    }
-
-    /// The same, as a guess: by how far it is from runs of integrators of other order, too.
+    /// How far a run may be from the truth, as a guess: by its own ladder, and by how far it is from runs of integrators of other
+    /// order, which err otherwise.
     fn guess(&self, ladder: usize, rung: usize) -> f64 {
         let of = &self.ladders[ladder];
         let samples = &of.rungs[rung].samples;
         let others = self.ladders.iter().filter(|l| l.integrator.order != of.integrator.order);
         let apart =
             others.flat_map(|l| &l.rungs).filter_map(|other| distance(&self.case.model, samples, &other.samples));
-        apart.fold(self.bound(ladder, rung).most, f64::min)
+        apart.fold(of.bound(rung).most, f64::min)
     }
 
     /// The cheapest run that is good enough.
     fn good(&self) -> Option<Choice> {
         let all = self.ladders.iter().enumerate().flat_map(|(i, l)| (0..l.rungs.len()).map(move |k| (i, k)));
-        let bounded = all.map(|(i, k)| (i, k, self.bound(i, k)));
+        let bounded = all.map(|(i, k)| (i, k, self.ladders[i].bound(k)));
         let good = bounded.filter(|(.., bound)| bound.most <= self.tolerance);
         let (i, k, bound) = good.min_by_key(|(i, k, _)| self.ladders[*i].rungs[*k].evaluations)?;
         Some(self.ladders[i].choice(k, self.law, bound.error, self.trial))
@@ -184,7 +179,7 @@ impl Search<'_> {
             return begin(0, MOST_EVALUATIONS);
         }
         let few = fixed.rungs.len() == 1 || !fixed.any_whole();
-        if let (true, Some(second)) = (few, fixed.second().filter(|p| p.cost <= CHEAP * SAMPLES as f64)) {
+        if let (true, Some(second)) = (few, fixed.second().filter(|p| p.cost <= CHEAP)) {
             return climb(0, second);
         }
 
@@ -215,7 +210,7 @@ impl Search<'_> {
         // Two runs of the highest order tell its cost, of smooth motion in which long steps do not diverge.
         if smooth && fixed.any_long() && !(told && soon(best(&|i| i == 0))) {
             let high = &self.ladders[last];
-            if unbegun(&last) && best(&|i| self.ladders[i].controlled) > HIGH * SAMPLES as f64 {
+            if unbegun(&last) && best(&|i| self.ladders[i].controlled) > CHEAP {
                 return begin(last, MOST_EVALUATIONS);
             }
             if let Some(second) = high.second().filter(|_| high.rungs.len() == 1 && high.any_whole()) {
@@ -259,12 +254,12 @@ impl Search<'_> {
     /// What the ladders reached.
     fn refusal(&self, stuck: bool) -> Refusal {
         let mut found = Refusal { until: 0.0, reached: f64::INFINITY, by: "none", stuck, trial: self.trial };
-        for (i, ladder) in self.ladders.iter().enumerate() {
+        for ladder in &self.ladders {
             let [.., before, last] = &ladder.rungs[..] else { continue };
             if before.samples.len() != last.samples.len() {
                 continue;
             }
-            let error = self.bound(i, ladder.rungs.len() - 1).error;
+            let error = ladder.bound(ladder.rungs.len() - 1).error;
             if error < found.reached {
                 (found.reached, found.by) = (error, ladder.integrator.name);
             }
