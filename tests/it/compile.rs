@@ -487,6 +487,14 @@ fn actuators_of_other_classes_are_taken_as_by_mujoco() {
         refused("", r#"position kv="0" dampratio="1""#)
             && !refused(r#"<position kv="1"/>"#, r#"position dampratio="1""#)
     );
+    // So is a range in two forms, and one that a damper cannot have. Of a `general` the joint's range counts.
+    assert!(refused(r#"<position inheritrange="1" ctrlrange="0 1"/>"#, "motor"));
+    assert!(refused(r#"<intvelocity inheritrange="1" actrange="0 1"/>"#, "motor"));
+    assert!(refused(r#"<general inheritrange="1" ctrlrange="0 1"/>"#, "position"));
+    assert!(refused(r#"<damper ctrlrange="-1 1"/>"#, "motor") && !refused(r#"<damper ctrlrange="0 1"/>"#, "motor"));
+    let both = r#"general inheritrange="1" ctrlrange="0 1" biastype="affine" biasprm="0 -1""#;
+    let half_turn = std::f64::consts::FRAC_PI_2;
+    assert_eq!(model("both", &scene("", both)).actuators[0].ctrlrange, Some([-half_turn, half_turn]));
     // Like a damper, adhesion asks for a range, of all in its class.
     assert!(refused(r#"<adhesion gain="2"/>"#, "motor") && !refused(r#"<adhesion ctrlrange="0 1"/>"#, "motor"));
 }
