@@ -680,8 +680,8 @@ pub struct Pair {
     pub mix: usize,
     /// The cheap test before the collider.
     pub bound: Bound,
-    /// Given by `<contact><pair>`.
-    pub explicit: bool,
+    /// Which `<contact><pair>` of the file gives it.
+    pub given: Option<usize>,
 }
 
 /// The cheap test that a pair has to pass before its collider runs.
@@ -709,7 +709,7 @@ impl Pair {
             (Plane, _) => Bound::Height(reach),
             _ => Bound::Distance2(reach * reach),
         };
-        Some(Pair { geom, kind: [a.kind, b.kind], mix: index, bound, explicit: false })
+        Some(Pair { geom, kind: [a.kind, b.kind], mix: index, bound, given: None })
     }
 }
 

@@ -185,13 +185,10 @@ fn swept_pair(model: &Model, g1: usize, g2: usize) -> Option<Pair> {
     let classes = pairs.mix_table.len().isqrt();
     let mix = pairs.mix_table[pairs.class[g1] as usize * classes + pairs.class[g2] as usize] as usize;
     let pair = Pair::new(&model.geoms, [g1, g2], mix, &model.mixes[mix])?;
-    let given = pairs
-        .listed
-        .partition_point(|p| order(&model.geoms, p) < order(&model.geoms, &Pair { explicit: true, ..pair }));
-    match pairs.listed.get(given) {
-        Some(p) if p.explicit && p.geom == pair.geom => None,
-        _ => Some(pair),
-    }
+    let both = bodies(&model.geoms, &pair);
+    let first = pairs.listed.partition_point(|p| bodies(&model.geoms, p) < both);
+    let of_both = pairs.listed[first..].iter().take_while(|p| p.given.is_some() && bodies(&model.geoms, p) == both);
+    of_both.into_iter().all(|p| p.geom != pair.geom).then_some(pair)
 }
 
 /// Sorts what was found and merges it with the listed pairs.
@@ -209,11 +206,16 @@ fn merge(model: &Model, found: &mut [Pair], near: &mut Vec<Pair>) {
     near.extend_from_slice(rest);
 }
 
-/// MuJoCo's contact order: by the two bodies, pairs given by `<contact><pair>` first, then by the geoms, the one of
-/// lower kind first.
-pub fn order(geoms: &[Geom], pair: &Pair) -> (usize, usize, bool, [usize; 2]) {
+/// MuJoCo's contact order: by the two bodies, first what `<contact><pair>` gives, as the file does, then by the geoms, the
+/// one of lower kind first.
+pub fn order(geoms: &[Geom], pair: &Pair) -> ([usize; 2], usize, [usize; 2]) {
+    (bodies(geoms, pair), pair.given.unwrap_or(usize::MAX), pair.geom)
+}
+
+/// The bodies of a pair, the lower number first.
+fn bodies(geoms: &[Geom], pair: &Pair) -> [usize; 2] {
     let [a, b] = pair.geom.map(|g| geoms[g].body);
-    (a.min(b), a.max(b), !pair.explicit, pair.geom)
+    [a.min(b), a.max(b)]
 }
 
 /// What the filters ask of a geom.

@@ -293,11 +293,11 @@ impl Writer<'_> {
         let own = pose(values);
         let Ok(mut turn) = frames::orientation(&own.orientation, &self.compiler) else { return };
         if let Some([xx, yy, zz, xy, xz, yz]) = numbers(values, "fullinertia")
-            && let Some((moments, axes)) = inertia::principal(&Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
+            && let Some((moments, _, axes)) = inertia::principal(&Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
         {
             values.remove("fullinertia");
             put(values, "diaginertia", moments.as_slice());
-            turn *= frames::from_columns(&axes);
+            turn *= axes;
         }
         if let Ok((pos, quat)) = frames::in_frames(around, (Vec3::from(own.pos), turn), &self.compiler) {
             put_pose(values, &pos, &quat);

@@ -262,7 +262,7 @@ fn held(kind: &EqualityKind) -> (std::mem::Discriminant<EqualityKind>, [Option<(
 fn same_pairs(before: &Pairs, now: &Pairs) -> bool {
     let listed = before.listed.iter().zip(&now.listed);
     before.listed.len() == now.listed.len()
-        && listed.into_iter().all(|(a, b)| (a.geom, a.kind, a.mix, a.explicit) == (b.geom, b.kind, b.mix, b.explicit))
+        && listed.into_iter().all(|(a, b)| (a.geom, a.kind, a.mix, a.given) == (b.geom, b.kind, b.mix, b.given))
         && before.swept == now.swept
         && before.excluded == now.excluded
         && before.class == now.class

@@ -39,22 +39,23 @@ pub fn tensor(moments: &Vec3, quat: &Quat) -> Mat3 {
     r * Mat3::from_diagonal(moments) * r.transpose()
 }
 
-/// Principal moments, largest first, and the axes (columns, right-handed). `None`: a number overflowed.
+/// Principal moments, largest first, the axes (columns, right-handed), and these as a quaternion. `None`: a number overflowed.
 ///
 /// Jacobi's method: the largest element beside the diagonal is turned away until all are lost in rounding. Which of the axes'
-/// two directions come out, and which axes where moments are equal, is no matter of physics; a sensor of a body's frame shows
-/// it, so turns and exchanges are MuJoCo's.
+/// two directions come out, which axes where moments are equal, and the quaternion's sign, is no matter of physics; a sensor of a
+/// body's frame shows it, so turns and exchanges are MuJoCo's, and the quaternion is their product.
 ///
 /// Source: G. H. Golub, C. F. Van Loan, Matrix Computations, §8.5; checked against `body_iquat` of MuJoCo 4.0.0.
-pub fn principal(tensor: &Mat3) -> Option<(Vec3, Mat3)> {
+pub fn principal(tensor: &Mat3) -> Option<(Vec3, Mat3, Quat)> {
     if !tensor.iter().all(|i| i.is_finite()) {
         return None;
     }
     let scale = tensor.amax();
-    let mut axes = Mat3::identity();
+    let (mut axes, mut quat) = (Mat3::identity(), Quat::identity());
     if scale == 0.0 {
-        return Some((Vec3::zeros(), axes));
+        return Some((Vec3::zeros(), axes, quat));
     }
+    let about = |axis: usize, angle: f64| math::exp(&Vec3::ith(axis, angle));
     let mut turned = tensor / scale;
     for _ in 0..MOST_TURNS {
         let beside = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| (turned[(i, j)].abs(), i, j));
@@ -79,6 +80,7 @@ pub fn principal(tensor: &Mat3) -> Option<(Vec3, Mat3)> {
         let (x, y) = (axes.column(i).into_owned(), axes.column(j).into_owned());
         axes.set_column(i, &(cos * x - sin * y));
         axes.set_column(j, &(sin * x + cos * y));
+        quat *= about(k, if k == 1 { tangent.atan() } else { -tangent.atan() });
     }
     let mut moments = turned.diagonal();
     for i in [0, 1, 0] {
@@ -87,9 +89,10 @@ pub fn principal(tensor: &Mat3) -> Option<(Vec3, Mat3)> {
             // A quarter turn about the third axis.
             axes.swap_columns(i, i + 1);
             axes.column_mut(i + 1).neg_mut();
+            quat *= about((i + 2) % 3, 0.5 * PI);
         }
     }
-    Some((moments * scale, axes)).filter(|(moments, _)| moments.iter().all(|i| i.is_finite()))
+    Some((moments * scale, axes, quat)).filter(|(moments, ..)| moments.iter().all(|i| i.is_finite()))
 }
 
 /// A dozen are enough: the elements beside the diagonal shrink quadratically.

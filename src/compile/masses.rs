@@ -113,8 +113,8 @@ fn from_geoms(pieces: &[Principal]) -> Option<Principal> {
     }
     let pieces: Vec<Piece> = pieces.iter().map(|p| piece(p.mass, p.ipos, &p.iquat, &p.moments)).collect();
     let whole = inertia::combine(&pieces);
-    let (moments, axes) = inertia::principal(&whole.tensor)?;
-    Some(Principal { mass: whole.mass, ipos: whole.com, iquat: frames::from_columns(&axes), moments })
+    let (moments, _, iquat) = inertia::principal(&whole.tensor)?;
+    Some(Principal { mass: whole.mass, ipos: whole.com, iquat, moments })
 }
 
 fn piece(mass: f64, com: Vec3, quat: &Quat, moments: &Vec3) -> Piece {
@@ -126,14 +126,14 @@ fn from_inertial(inertial: &spec::Inertial, compiler: &spec::Compiler, log: &mut
     let mut moments = inertial.diaginertia.map_or(Vec3::zeros(), Vec3::from);
     let mut turn = Quat::identity();
     if let Some([xx, yy, zz, xy, xz, yz]) = inertial.fullinertia {
-        let (values, axes) = inertia::principal(&Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))?;
+        let (values, _, axes) = inertia::principal(&Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))?;
         if values.z <= 0.0 {
             let help = "the order is M11 M22 M33 M12 M13 M23, and all principal moments must be above zero";
             let kind = ProblemKind::InertiaNotPositive { moment: values.z };
             log.value_error(inertial.node, "fullinertia", kind, help);
             return None;
         }
-        (moments, turn) = (values, frames::from_columns(&axes));
+        (moments, turn) = (values, axes);
     }
     let placed = frames::orientation(&inertial.orientation, compiler)
         .and_then(|own| frames::in_frames(&inertial.frames, (Vec3::from(inertial.pos), own * turn), compiler));
@@ -240,6 +240,6 @@ pub fn free_body(tree: &Tree, bodies: &[Body], joints: &[Joint], dofs: &[Dof]) -
         pieces.push(piece(body.mass, pose.0 + pose.1 * body.ipos, &(pose.1 * body.iquat), &body.inertia));
     }
     let whole = inertia::combine(&pieces);
-    let (inertia, axes) = inertia::principal(&whole.tensor)?;
+    let (inertia, axes, _) = inertia::principal(&whole.tensor)?;
     Some(FreeBody { mass: whole.mass, com: whole.com, axes, inertia })
 }

@@ -56,13 +56,13 @@ pub fn find(world: &World, spec: &Spec, over: Option<ContactOverride>, log: &mut
 
     let mut pairs = Pairs { excluded, ..Pairs::default() };
     let mut mixes = Mixes::default();
-    let mut list = |geom: [usize; 2], index: usize, mixes: &Mixes, explicit: bool| {
+    let mut list = |geom: [usize; 2], index: usize, mixes: &Mixes, given: Option<usize>| {
         let pair = Pair::new(&world.geoms, geom, index, &mixes.list[index]);
-        pairs.listed.extend(pair.map(|pair| Pair { explicit, ..pair }));
+        pairs.listed.extend(pair.map(|pair| Pair { given, ..pair }));
     };
-    for e in given {
+    for (i, e) in given.into_iter().enumerate() {
         let index = mixes.index(overridden(e.mix, over));
-        list(e.geom, index, &mixes, true);
+        list(e.geom, index, &mixes, Some(i));
     }
     // Pairs in a row are mostly alike.
     let mut last: Option<([&Geom; 2], usize)> = None;
@@ -71,7 +71,7 @@ pub fn find(world: &World, spec: &Spec, over: Option<ContactOverride>, log: &mut
         let same = last.filter(|([a, b], _)| alike(a, both[0]) && alike(b, both[1]));
         let index = same.map_or_else(|| mixes.index(overridden(mixed(both[0], both[1]), over)), |(_, index)| index);
         last = Some((both, index));
-        list(geom, index, &mixes, false);
+        list(geom, index, &mixes, None);
     }
     pairs.listed.sort_by_key(|pair| order(&world.geoms, pair));
     if swept {
@@ -351,11 +351,11 @@ pub fn remix(geoms: &[Geom], over: Option<ContactOverride>, pairs: &mut Pairs, o
     let mut mixes = Mixes::default();
     for pair in &mut pairs.listed {
         let [a, b] = pair.geom.map(|g| &geoms[g]);
-        let mix = if pair.explicit { old[pair.mix].clone() } else { mixed(a, b) };
+        let mix = if pair.given.is_some() { old[pair.mix].clone() } else { mixed(a, b) };
         let index = mixes.index(overridden(mix, over));
-        let explicit = pair.explicit;
+        let given = pair.given;
         if let Some(anew) = Pair::new(geoms, pair.geom, index, &mixes.list[index]) {
-            *pair = Pair { explicit, ..anew };
+            *pair = Pair { given, ..anew };
         }
     }
     if !pairs.swept.is_empty() {

@@ -105,7 +105,8 @@ fn at(task: &Task, contact: &Contact, dim: usize, velocity: [f64; 6], force: imp
     if contact.dist >= 0.0 {
         return [0.0; 6];
     }
-    let weights = contact.body.map(|b| task.model.bodies[b as usize].invweight0);
+    // Of the bodies that touch, which may be welded to those that move.
+    let weights = contact.geom.map(|g| task.model.bodies[task.model.geoms[g as usize].body].invweight0);
     let inverse_mass = weights[0][0] + weights[1][0];
     let turned = |side: usize| {
         let lever = contact.pos - task.data.movers[contact.body[side] as usize].com;

@@ -60,9 +60,7 @@ impl Reader<'_> {
                     let problem = Problem::new(kind, self.document.span(child));
                     self.problems.push(problem.help("put it into a `<body>`"));
                 }
-                "inertial" => {
-                    body.inertial = self.inertial(child, context).map(Box::new).or(body.inertial.take());
-                }
+                "inertial" => self.inertial(child, body, context),
                 "joint" => self.joint(child, body, context),
                 "freejoint" => self.freejoint(child, body, context),
                 "geom" => self.geom(child, body, context),
@@ -105,15 +103,21 @@ impl Reader<'_> {
     }
 
     #[inline(never)]
-    fn inertial(&mut self, node: NodeId, context: &Context) -> Option<Inertial> {
-        let item = self.item(node, "body", MAIN)?;
+    fn inertial(&mut self, node: NodeId, body: &mut Body, context: &Context) {
+        let Some(item) = self.item(node, "body", MAIN) else { return };
+        // Of two in different frames MuJoCo takes what the second leaves out from the first, in the second's frame.
+        if let Some(first) = &body.inertial {
+            let kind = ProblemKind::RepeatedElement { parent: "body".into(), element: "inertial".into() };
+            let first = self.document.span(first.node);
+            self.problems.push(Problem::new(kind, self.document.span(node)).related(first, "first one here"));
+        }
         if item.given("fullinertia") {
             let other = ["diaginertia"].into_iter().chain(ORIENTATIONS).find(|name| item.given(name));
             if let Some(other) = other {
                 self.conflict(node, "fullinertia", other, "`fullinertia` needs neither principal moments nor axes");
             }
         }
-        Some(Inertial {
+        body.inertial = Some(Box::new(Inertial {
             node,
             pos: item.array("pos"),
             orientation: item.orientation(),
@@ -121,7 +125,7 @@ impl Reader<'_> {
             diaginertia: item.optional("diaginertia"),
             fullinertia: item.optional("fullinertia"),
             frames: context.frames.clone(),
-        })
+        }));
     }
 
     #[inline(never)]

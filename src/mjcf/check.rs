@@ -172,6 +172,9 @@ impl<'a> Check<'a> {
         }
         self.one_orientation(node);
         self.one_damping(node);
+        if in_default {
+            self.range_of_class(node, name);
+        }
         if name == "default" {
             self.class(node, parent);
         }
@@ -347,6 +350,31 @@ impl<'a> Check<'a> {
             let kind = ProblemKind::Conflict { element, one: "dampratio".into(), other: "kv".into() };
             let help = "either says how the actuator is damped";
             self.problems.push(Problem::new(kind, kv.name_span).help(help));
+        }
+    }
+
+    /// What a class says of an actuator's range, which is wrong even where nothing uses the class.
+    fn range_of_class(&mut self, node: NodeId, element: &str) {
+        let document = self.document;
+        let own = |name: &str| document.attribute(node, name);
+        let some = |name: &str, is: fn(f64) -> bool| {
+            let numbers = own(name).and_then(|own| floats(&own.value));
+            numbers.is_some_and(|numbers| numbers.into_iter().any(is))
+        };
+        let range = if element == "intvelocity" { "actrange" } else { "ctrlrange" };
+        let Some(span) = own(range).map(|own| own.name_span) else { return };
+        if matches!(element, "position" | "intvelocity")
+            && some("inheritrange", |x| x > 0.0)
+            && some(range, |x| x != 0.0)
+        {
+            let kind =
+                ProblemKind::Conflict { element: element.into(), one: "inheritrange".into(), other: range.into() };
+            self.problems.push(Problem::new(kind, span).help("either says the range"));
+        }
+        if element == "damper" && some(range, |x| x < 0.0) {
+            let what = "a damper takes no negative control".to_string();
+            let problem = Problem::new(ProblemKind::Meaningless { what }, span);
+            self.problems.push(problem.help("give a range from zero upwards"));
         }
     }
 

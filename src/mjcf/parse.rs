@@ -13,7 +13,7 @@ use quick_xml::events::attributes::AttrError;
 use quick_xml::events::{BytesStart, Event};
 
 use super::document::{Attribute, Document, Node, NodeId, Quoted, Span};
-use super::error::{Problem, ProblemKind};
+use super::error::{Problem, ProblemKind, Severity};
 use super::limits::Limits;
 use super::nearest::nearest;
 use super::printable::{is_command, one_line};
@@ -343,6 +343,10 @@ impl Parser<'_> {
             self.problems.push(problem);
             return self.full = true;
         }
+        if let [_, .., Open { name: "include", .. }] = file.stack[..] {
+            let kind = ProblemKind::MisplacedElement { parent: "include".into(), element: name.to_string() };
+            self.report(kind, span);
+        }
         let attributes = self.attributes(file, tag);
         let parent = file.stack.last().map(|open| open.node).or(file.into);
         let node = match (file.stack.is_empty(), file.into) {
@@ -623,11 +627,13 @@ impl Parser<'_> {
                 });
             }
             Ok(text) => {
-                let before = (self.document.node(parent).children.len(), self.problems.len());
+                let (children, problems) = (self.document.node(parent).children.len(), self.problems.len());
                 self.open.push(identity);
                 self.file(Source { name, path, text: text.into() }, Some(parent), from.outer + from.stack.len() + 1);
                 self.open.pop();
-                if before == (self.document.node(parent).children.len(), self.problems.len()) {
+                // What is wrong with it may be why.
+                let warned = self.problems[problems..].iter().all(|p| p.severity() == Severity::Warning);
+                if self.document.node(parent).children.len() == children && warned {
                     self.report(ProblemKind::IncludeEmpty { file }, place);
                 }
             }

@@ -388,6 +388,7 @@ impl<'a> Reader<'a> {
             }
             None => (named("site"), None),
         };
+        self.history(&item);
         let absent = item.row.attribute("site").is_some() && !item.given("site");
         if absent && item.row.attribute("camera").is_some() && !item.given("camera") {
             let kind = ProblemKind::MissingAttribute { element: element.to_string(), attribute: "site".into() };
@@ -411,6 +412,19 @@ impl<'a> Reader<'a> {
         }
         let (cutoff, noise) = (item.number("cutoff"), item.number("noise"));
         Some(Sensor { node, name: item.name(), kind, object, reference, cutoff, noise })
+    }
+
+    /// When a sensor measures, and how late it says so: what Penny leaves out has to be right all the same.
+    fn history(&mut self, item: &Item) {
+        let [period, phase] = item.array("interval");
+        if period < 0.0 || phase > 0.0 || period > 0.0 && phase <= -period {
+            let what = "`interval` is a period, and a phase above minus this period and not above zero".to_string();
+            self.meaningless(item.node, "interval", what, "");
+        }
+        if item.number("delay") > 0.0 && item.integer("nsample") <= 0 {
+            let what = "what is delayed needs room for its history".to_string();
+            self.meaningless(item.node, "delay", what, "add an `nsample`, or leave `delay` out");
+        }
     }
 
     fn actuators(&mut self, section: NodeId) -> Vec<Actuator> {
@@ -451,8 +465,13 @@ impl<'a> Reader<'a> {
             let what = "a damper has no negative damping, which its class gives".to_string();
             self.meaningless(node, "kv", what, "give it a `kv`");
         }
-        let range = if activation == Activation::Integrator { "actrange" } else { "ctrlrange" };
-        if inheritrange > 0.0 && item.array(range) != [0.0; 2] {
+        let range = match element.as_str() {
+            "position" => Some("ctrlrange"),
+            "intvelocity" => Some("actrange"),
+            // Of others the one from the joint counts.
+            _ => None,
+        };
+        if let Some(range) = range.filter(|range| inheritrange > 0.0 && item.array(range) != [0.0; 2]) {
             self.conflict(node, "inheritrange", range, "either says the range");
         }
         if activation == Activation::None && (item.maybe("actlimited") == Some(true) || item.given("actrange")) {

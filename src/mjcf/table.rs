@@ -332,8 +332,7 @@ pub const SCHEMA: &[Element] = &[
                 numbers("fullinertia", 6, "", "kg m²"),
             ],
         ],
-    )
-    .once(),
+    ),
     element(
         "joint",
         WITH_DEFAULT,
@@ -710,11 +709,7 @@ pub const SCHEMA: &[Element] = &[
     unsupported("extension", "mujoco", "its plugins would be missing", "leave it out"),
     // Data.
     element("custom", "mujoco", &[]),
-    element(
-        "numeric",
-        "custom",
-        &[&[name("numeric").required(), integer("size", "0").not_negative(), list("data", "")]],
-    ),
+    element("numeric", "custom", &[&[name("numeric").required(), integer("size", "").positive(), list("data", "")]]),
     element("text", "custom", &[&[name("text").required(), text("data").required()]]),
     silent("tuple", "custom", "").typed(&[&[name("tuple").required()]]),
     silent("element", "tuple", "objname objtype prm"),

@@ -224,6 +224,23 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
+/// As by MuJoCo 4.0.0.
+#[test]
+fn an_include_holds_no_elements_and_its_file_some() {
+    let folder = folder("includes");
+    std::fs::write(folder.join("option.xml"), "<mujocoinclude><option timestep='.001'/></mujocoinclude>").unwrap();
+    std::fs::write(folder.join("text.xml"), "<mujocoinclude>text</mujocoinclude>").unwrap();
+    let codes = |include: &str| -> Vec<&str> {
+        let scene = folder.join("scene.xml");
+        std::fs::write(&scene, format!("<mujoco>{include}<worldbody/></mujoco>")).unwrap();
+        let problems = mjcf::load(&scene).map_or_else(|failure| failure.problems, |loaded| loaded.warnings);
+        problems.iter().map(|problem| problem.kind.code()).collect()
+    };
+    assert!(codes("<include file='option.xml'/>").is_empty());
+    assert!(codes("<include file='option.xml'><option/></include>").contains(&"misplaced-element"));
+    assert!(codes("<include file='text.xml'/>").contains(&"include-empty"));
+}
+
 #[test]
 fn fixes_are_shown_and_made_only_on_request() {
     let folder = folder("fixes");

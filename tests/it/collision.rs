@@ -567,6 +567,34 @@ fn scenes_have_mujocos_contacts_in_mujocos_order() {
     }
 }
 
+/// As MuJoCo 4.0.0: what `<contact><pair>` gives two bodies comes before their other contacts, in the order of the file; also
+/// where a sweep finds the others.
+#[test]
+fn given_pairs_of_two_bodies_are_in_the_order_of_the_file() {
+    let dumbbell = |[a, b]: [&str; 2], z: f64| {
+        format!(
+            "<body pos='0 0 {z}'><freejoint/><geom name='{a}' size='.1'/><geom name='{b}' size='.1' pos='.3 0 0'/></body>"
+        )
+    };
+    let dumbbells = dumbbell(["a0", "a1"], 0.0) + &dumbbell(["b0", "b1"], 0.1);
+    for others in [0, 100] {
+        let far = "<body pos='9 9 9'><freejoint/><geom size='.1'/></body>".repeat(others);
+        let found = |pairs: &[[&str; 2]]| {
+            let given = |[a, b]: &[&str; 2]| format!("<pair geom1='{a}' geom2='{b}'/>");
+            let pairs: String = pairs.iter().map(given).collect();
+            let text = format!("<mujoco><worldbody>{dumbbells}{far}</worldbody><contact>{pairs}</contact></mujoco>");
+            let model = penny::parse("pairs", &text).unwrap_or_else(|e| panic!("{e}")).model;
+            assert_eq!(model.pairs.swept.is_empty(), others == 0);
+            let mut data = Data::for_poses(&model);
+            detect(&model, &mut data);
+            data.contacts.iter().map(|c| c.geom).filter(|geom| geom[0] < 2).collect::<Vec<_>>()
+        };
+        assert_eq!(found(&[["b1", "a1"], ["b0", "a0"]]), [[1, 3], [0, 2]]);
+        assert_eq!(found(&[["a0", "b0"], ["a1", "b1"]]), [[0, 2], [1, 3]]);
+        assert_eq!(found(&[["b1", "a1"]]), [[1, 3], [0, 2]]);
+    }
+}
+
 /// What stands exactly on a base: a cylinder, or on a cylinder, does not touch it, and where a closed form decides by
 /// the last bit, it does so as MuJoCo's. Not compared so are capsules, for which both go by different last bits. All
 /// touch 1e-11 m deeper.

@@ -377,15 +377,18 @@ fn absurd_numbers_never_panic() {
     assert!(refused > 100, "only {refused} absurd scenes refused");
 }
 
-/// Two geoms, neither along the axes of the whole: MuJoCo's `body_iquat`, of which a sensor of the body's frame shows all.
+/// Two geoms, neither along the axes of the whole: MuJoCo's `body_iquat`, its sign too, of which a sensor of the body's frame shows all.
 #[test]
 fn principal_axes_are_mujocos_in_order_and_direction() {
-    let geoms = r#"<geom type="box" size=".1 .2 .3" euler="10 20 30"/><geom size=".1" pos=".2 .1 -.3"/>"#;
-    let xml = format!("<mujoco><worldbody><body><freejoint/>{geoms}</body></worldbody></mujoco>");
-    let found = penny::math::wxyz(&model("axes", &xml).bodies[1].iquat);
-    let mujoco = [0.90874352914, 0.10441305319, 0.01776025231, 0.40369256372];
-    let sign = found[0].signum();
-    assert!(found.iter().zip(mujoco).all(|(f, m)| (f * sign - m).abs() < 1e-10), "{found:?}");
+    for (euler, y, mujoco) in [
+        ("10 20 30", 0.1, [0.90874352914, 0.10441305319, 0.01776025231, 0.40369256372]),
+        ("90 150 70", 0.3, [0.55743835758, 0.15192016323, -0.58529615214, 0.56886831147]),
+    ] {
+        let geoms = format!(r#"<geom type="box" size=".1 .2 .3" euler="{euler}"/><geom size=".1" pos=".2 {y} -.3"/>"#);
+        let xml = format!("<mujoco><worldbody><body><freejoint/>{geoms}</body></worldbody></mujoco>");
+        let found = penny::math::wxyz(&model("axes", &xml).bodies[1].iquat);
+        assert!(found.iter().zip(mujoco).all(|(f, m)| (f - m).abs() < 1e-10), "{found:?}");
+    }
     // Of equal moments the axes stay where they are.
     let geoms = r#"<geom size=".1"/><geom size=".2" euler="10 20 30"/>"#;
     let xml = format!("<mujoco><worldbody><body><freejoint/>{geoms}</body></worldbody></mujoco>");
@@ -487,6 +490,14 @@ fn actuators_of_other_classes_are_taken_as_by_mujoco() {
         refused("", r#"position kv="0" dampratio="1""#)
             && !refused(r#"<position kv="1"/>"#, r#"position dampratio="1""#)
     );
+    // So is a range in two forms, and one that a damper cannot have. Of a `general` the joint's range counts.
+    assert!(refused(r#"<position inheritrange="1" ctrlrange="0 1"/>"#, "motor"));
+    assert!(refused(r#"<intvelocity inheritrange="1" actrange="0 1"/>"#, "motor"));
+    assert!(refused(r#"<general inheritrange="1" ctrlrange="0 1"/>"#, "position"));
+    assert!(refused(r#"<damper ctrlrange="-1 1"/>"#, "motor") && !refused(r#"<damper ctrlrange="0 1"/>"#, "motor"));
+    let both = r#"general inheritrange="1" ctrlrange="0 1" biastype="affine" biasprm="0 -1""#;
+    let half_turn = std::f64::consts::FRAC_PI_2;
+    assert_eq!(model("both", &scene("", both)).actuators[0].ctrlrange, Some([-half_turn, half_turn]));
     // Like a damper, adhesion asks for a range, of all in its class.
     assert!(refused(r#"<adhesion gain="2"/>"#, "motor") && !refused(r#"<adhesion ctrlrange="0 1"/>"#, "motor"));
 }

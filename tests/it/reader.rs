@@ -675,6 +675,30 @@ fn a_converted_scene_is_the_same_model() {
     assert!(failed.is_empty(), "{}", failed.concat());
 }
 
+/// As MuJoCo 4.0.0; two `inertial` it mixes.
+#[test]
+fn what_no_scene_can_mean_is_refused() {
+    let refused = |inside: &str, after: &str| {
+        let text = format!(
+            "<mujoco><worldbody><body><joint name='j'/><geom size='.1'/>{inside}</body></worldbody>{after}</mujoco>"
+        );
+        penny::parse("scene.xml", &text).is_err()
+    };
+    let numeric = |attributes: &str| refused("", &format!("<custom><numeric name='n' {attributes}/></custom>"));
+    assert!(numeric("size='0' data='1'") && numeric("size='0'") && numeric("") && !numeric("size='1'"));
+    let sensor = |attributes: &str| refused("", &format!("<sensor><jointpos joint='j' {attributes}/></sensor>"));
+    for wrong in ["interval='-1'", "interval='.01 .001'", "interval='.01 -.01'", "interval='0 1'", "delay='.1'"] {
+        assert!(sensor(wrong), "{wrong}");
+    }
+    for right in ["interval='.01 -.005'", "interval='0 -1'", "delay='.1' nsample='2'"] {
+        assert!(!sensor(right), "{right}");
+    }
+    let inertial = "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>";
+    assert!(refused(&format!("{inertial}<frame>{inertial}</frame>"), ""));
+    assert!(refused(&format!("<frame>{inertial}</frame><frame>{inertial}</frame>"), ""));
+    assert!(!refused(&format!("<frame>{inertial}</frame>"), ""));
+}
+
 #[test]
 fn a_motor_takes_nothing_from_its_class_that_only_servos_have() {
     let text = "<mujoco><default><position inheritrange='1' dampratio='1'/></default><worldbody><body>

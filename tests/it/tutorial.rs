@@ -2,6 +2,7 @@
 //!
 //! The course's plane is (x, y) with θ counterclockwise; Penny's is (x, z) with a hinge about y, so θ = −qpos[2].
 
+use crate::penalty::distance;
 use crate::sim::Sim;
 use penny::contact::tutorial;
 use penny::data::Data;
@@ -215,4 +216,25 @@ fn an_implicit_step_ends_a_spin_without_chatter() {
     assert!(state.qvel[5].abs() < 1e-6, "{} rad/s", state.qvel[5]);
     assert!((state.qpos[2] - 0.1).abs() < 0.01, "z {}", state.qpos[2]);
     assert_eq!(data.unsolved, 0);
+}
+
+/// A contact's spring is that of the body which touches, as `explain` says: also where that body is welded to the one with the joints,
+/// for which MuJoCo's estimate of what it weighs is another.
+#[test]
+fn what_is_welded_to_a_body_touches_as_that_body_would() {
+    let boxes = "<geom type='box' size='.1 .15 .2' mass='2'/>";
+    let rest = |inside: &str, joints: &str| {
+        let text = format!(
+            "<mujoco><option timestep='.001'/><worldbody><geom type='plane' size='9 9 1'/>
+             <body pos='0 0 .21'>{joints}{inside}</body></worldbody></mujoco>"
+        );
+        let mut sim = Sim::law(&text, "tutorial");
+        sim.run(0.5);
+        sim.state.qpos
+    };
+    // The closed form for free bodies, and the general way.
+    for joints in ["<freejoint/>", "<joint type='slide' axis='0 0 1'/><joint axis='0 1 0'/>"] {
+        let off = distance(&rest(boxes, joints), &rest(&format!("<body>{boxes}</body>"), joints));
+        assert!(off < 1e-9, "{joints}: {off:e} m");
+    }
 }

@@ -176,6 +176,14 @@ const OF_RUNS: &[OfRuns] = &[
         "the `gravcomp` of ball has no effect",
     ),
     (
+        "drives what moves instead of braking it",
+        &["check"],
+        HINGE,
+        "damping='-1'",
+        "damping='0'",
+        "damping below 0 drives what moves instead of braking it: hinge 0",
+    ),
+    (
         "the limit will throw it back",
         &["check"],
         HINGE,

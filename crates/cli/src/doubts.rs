@@ -31,6 +31,7 @@ pub fn of_scene(model: &Model) -> Vec<String> {
     let mut list = Vec::new();
     list.extend(gravity(model));
     list.extend(heavier(model));
+    list.extend(driving(model));
     list.extend(masses(model));
     list
 }
@@ -133,6 +134,16 @@ fn heavier(model: &Model) -> Option<String> {
             names::body(model, body)
         )
     })
+}
+
+/// Dampers that push along instead of braking.
+fn driving(model: &Model) -> Option<String> {
+    let joints = (0..model.joints.len()).filter(|&j| model.dofs[model.joints[j].dofadr].damping < 0.0);
+    let tendons = (0..model.tendons.len()).filter(|&t| model.tendons[t].damping[0] < 0.0);
+    let joints = joints.map(|j| names::joint(model, j));
+    let all: Vec<String> = joints.chain(tendons.map(|t| names::tendon(model, t))).collect();
+    let list = several(&all).filter(|_| model.opt.flags.damper)?;
+    Some(format!("warning: damping below 0 drives what moves instead of braking it: {list}"))
 }
 
 /// Moving bodies whose mass does not go with their size.

@@ -465,7 +465,7 @@ fn parameters(mix: &Mix) -> String {
 pub fn origin(model: &Model, touch: &Touch) -> Option<String> {
     let mix = &model.mixes[touch.mix];
     let pair = model.pairs.listed.iter().find(|p| p.geom == touch.geom)?;
-    if pair.explicit {
+    if pair.given.is_some() {
         return Some("all of it from a <pair>".to_owned());
     }
     let [a, b] = touch.geom.map(|g| &model.geoms[g]);

@@ -250,7 +250,7 @@ impl JointPage<'_> {
                 names::joint(self.model, c.joint),
                 si(c.mass, mass),
                 if c.stiffness() > 0.0 { si(c.stiffness(), k) } else { NONE.to_owned() },
-                if c.damping() > 0.0 { si(c.damping(), damping) } else { NONE.to_owned() },
+                if c.damping() != 0.0 { si(c.damping(), damping) } else { NONE.to_owned() },
                 omega,
                 zeta,
                 if c.joint_stiffness > 0.0 { si(joint.springref, place) } else { NONE.to_owned() },
