@@ -587,6 +587,23 @@ fn explain_tells_tendons_and_equalities_as_springs() {
     assert!(!says(&["explain", "models/arm.xml"], 0).contains("Tendons and equalities"));
 }
 
+/// Where the run warns, `explain` does not say that nothing limits the scene; of a scene without motion it says nothing.
+#[test]
+fn explain_finds_what_makes_a_scene_unstable() {
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("tether.xml");
+    let explained = |text: &str| {
+        std::fs::write(&path, text).unwrap_or_else(|e| panic!("{e}"));
+        says(&["explain", path.to_str().expect("UTF-8")], 0)
+    };
+    let tether = explained(
+        r#"<mujoco><worldbody><body><joint name="x" type="slide" axis="0 0 1"/><geom size=".1" mass="1"/></body></worldbody>
+           <tendon><fixed name="t" stiffness="1.1e6"><joint joint="x" coef="1"/></fixed></tendon></mujoco>"#,
+    );
+    assert_has(&tether, &["What limits this scene most\n  spring of tendon t: stable up to a timestep of 1.91 ms"]);
+    let still = explained(r#"<mujoco><worldbody><geom size=".1"/></worldbody></mujoco>"#);
+    assert!(!still.contains("gain energy"), "{still}");
+}
+
 #[test]
 fn explain_has_no_numbers_that_are_none() {
     // Pressed by a spring, without a weight.

@@ -6,7 +6,8 @@ use penny::forward::{Method, step};
 use penny::integrate;
 use penny::model::Model;
 use penny::state::State;
-use penny_lab::explain::{self, Touch, probe, trial_run};
+use penny_lab::explain::{self, Touch, joints, probe, trial_run};
+use penny_lab::sweep::theory;
 
 /// A ball of 2 kg over a plane, with this solref and custom section.
 fn ball(solref: &str, custom: &str) -> Model {
@@ -188,4 +189,65 @@ fn a_trial_run_finds_what_one_contact_alone_does_not_show() {
         assert!(safe > 1e-4 && safe < h, "{name}: {safe}");
         assert_eq!(largest(0.001), None, "{name}: is fine at its own timestep");
     }
+}
+
+/// A small push at rest dies below the limit that theory gives, and grows above it.
+#[test]
+fn springs_of_tendons_and_limits_of_joints_and_tendons_are_stable_up_to_their_limits() {
+    let soft = r#"solimplimit=".95 .95 .001" solreflimit="-2e4 -60""#;
+    let scenes = [
+        ("spring of tendon t", "", r#"stiffness="2e4" damping="60""#.to_owned(), 2.0 * 9.81 / 2e4),
+        ("limit of tendon t", "", format!(r#"range="0 9" {soft}"#), 0.05 * 9.81 / 2e4),
+        ("the limit of joint x", &*format!(r#"range="0 9" {soft}"#), String::new(), 0.05 * 9.81 / 2e4),
+    ];
+    for (name, joint, tendon, rest) in scenes {
+        let text = format!(
+            r#"<mujoco><worldbody><body><joint name="x" type="slide" axis="0 0 1" {joint}/><geom size=".1" mass="2"/></body>
+               </worldbody><tendon><fixed name="t" {tendon}><joint joint="x" coef="1"/></fixed></tendon></mujoco>"#
+        );
+        let model = penny::parse("spring.xml", &text).unwrap_or_else(|e| panic!("{e}")).model;
+        for integrator in ["semi-implicit-euler", "implicitfast", "rk4"] {
+            let method = method("mujoco", integrator);
+            let limits = theory::limits(&model, method.integrator);
+            let [(found, limit)] = &limits[..] else { panic!("{limits:?}") };
+            assert_eq!(found, name);
+            let grows = |timestep: f64| {
+                let (mut state, mut data) = (State::new(&model), Data::new(&model));
+                let method = Method { timestep, ..method };
+                (state.qpos[0], state.qvel[0]) = (-rest, 1e-7);
+                let mut speeds = Vec::new();
+                for _ in 0..3000 {
+                    if step(&model, &method, &mut state, &mut data).is_err() {
+                        return true;
+                    }
+                    speeds.push(state.qvel[0].abs());
+                }
+                speeds[2900..].iter().any(|v| *v > 1e-7)
+            };
+            assert!(!grows(0.98 * limit) && grows(1.02 * limit), "{name}, {integrator}: {limit}");
+        }
+    }
+}
+
+/// What `gravcomp` carries is no weight for a servo, an actuator has its own gains only, and what is disabled does nothing.
+#[test]
+fn servos_have_their_own_gains_and_hold_what_gravcomp_leaves() {
+    let model = |flags: &str| {
+        let text = format!(
+            r#"<mujoco><option><flag {flags}/></option><worldbody><body gravcomp="0.75">
+               <joint name="x" type="slide" axis="0 0 1" range="-1 1"/><geom size=".1" mass="4"/></body></worldbody>
+               <actuator><motor name="m" joint="x"/><position name="p" joint="x" kp="100" gear="2"/>
+               <velocity name="v" joint="x" kv="3"/></actuator></mujoco>"#
+        );
+        penny::parse("servos.xml", &text).unwrap_or_else(|e| panic!("{e}")).model
+    };
+    let driven = model("");
+    let weights = joints::weights(&driven, &method("penalty", "Euler"), &State::new(&driven));
+    assert!((weights[0] + 9.81).abs() < 1e-12, "{weights:?}");
+    let x = joints::coordinate(&driven, 0).expect("a slide");
+    let gains: Vec<_> = x.servos.iter().map(|s| [s.stiffness, s.damping]).collect();
+    assert_eq!((gains, x.name(&driven)), (vec![[0.0; 2], [400.0, 0.0], [0.0, 3.0]], "p of joint x".to_owned()));
+    let free = model(r#"actuation="disable" limit="disable""#);
+    assert!(joints::coordinate(&free, 0).is_some_and(|x| x.servos.is_empty() && x.stiffness() == 0.0));
+    assert!(joints::limit_spring(&free, 0, 0.002).is_none());
 }

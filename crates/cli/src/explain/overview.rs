@@ -33,6 +33,40 @@ impl Limits {
         self.found.push((margin, text));
     }
 
+    /// Adds the largest stable timesteps of springs and limits of joints and tendons, by theory.
+    pub fn add_springs(&mut self, model: &Model, method: &Method) {
+        let (h, integrator) = (method.timestep, method.integrator);
+        let other =
+            super::stable_by_theory(model, method).map_or_else(String::new, |name| format!(" or --integrator {name}"));
+        for (name, limit) in theory::limits(model, integrator).into_iter().filter(|(_, limit)| limit.is_finite()) {
+            let cure = if limit < h { format!(": --timestep {:.0e}{other}", 0.5 * limit) } else { String::new() };
+            self.add(
+                limit / h,
+                format!(
+                    "{name}: stable up to a timestep of {} with {}, {} times this one ({}){cure}",
+                    si(limit, "s"),
+                    integrator.name,
+                    short(limit / h),
+                    si(h, "s")
+                ),
+            );
+        }
+    }
+
+    /// Adds a start that gains energy beyond a timestep of `limit` (s), as trial runs found.
+    pub fn add_start(&mut self, method: &Method, limit: f64) {
+        let (h, integrator) = (method.timestep, method.integrator.name);
+        let smaller = if limit > 0.0 {
+            format!("; with {} it does not", si(limit, "s"))
+        } else {
+            " and with each smaller one tried".to_owned()
+        };
+        self.add(
+            limit / h,
+            format!("its start: it gains energy with {integrator} at this timestep ({}){smaller}", si(h, "s")),
+        );
+    }
+
     /// The one that limits most; that there is none, if there is none and all was tried.
     pub fn text(&self, all_tried: bool) -> String {
         let Some((margin, text)) = self.found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
@@ -199,7 +233,6 @@ pub fn joints(model: &Model, method: &Method, start: &State, all: bool, limits: 
     let list: Vec<Coordinate> = (0..model.joints.len()).filter_map(|j| joints::coordinate(model, j)).collect();
     let springs = theory::joint_springs(model);
     let page = JointPage { model, method, weights: &weights, list: &list, springs: &springs, all };
-    page.stability(limits);
     [page.held(), page.limited(limits), page.driven()].concat()
 }
 
@@ -217,29 +250,6 @@ struct JointPage<'a> {
 }
 
 impl JointPage<'_> {
-    /// Adds the largest stable timestep of each spring to the limits of the scene.
-    fn stability(&self, limits: &mut Limits) {
-        let h = self.method.timestep;
-        let integrator = self.method.integrator;
-        for spring in self.springs {
-            let Some(limit) = theory::limit(integrator, spring).filter(|limit| limit.is_finite()) else { continue };
-            let other = super::stable_by_theory(self.model, self.method)
-                .map_or_else(String::new, |name| format!(" or --integrator {name}"));
-            let cure = if limit < h { format!(": --timestep {:.0e}{other}", 0.5 * limit) } else { String::new() };
-            limits.add(
-                limit / h,
-                format!(
-                    "{}: stable up to a timestep of {} with {}, {} times this one ({}){cure}",
-                    spring.name,
-                    si(limit, "s"),
-                    integrator.name,
-                    short(limit / h),
-                    si(h, "s")
-                ),
-            );
-        }
-    }
-
     /// Joints: what holds them where.
     fn held(&self) -> String {
         let row = |c: &Coordinate| {
@@ -330,19 +340,19 @@ impl JointPage<'_> {
     /// Actuators as servos.
     fn driven(&self) -> String {
         let mut rows = Vec::new();
-        for c in self.list.iter().filter(|c| !c.actuators.is_empty()) {
+        for c in self.list.iter().filter(|c| !c.servos.is_empty()) {
             let [_, k, damping, place, _] = self.units(c);
             let [omega, zeta] = frequency(c);
             let name = c.name(self.model);
             let spring = self.springs.iter().find(|s| s.name == name);
             let limit = spring.and_then(|s| theory::limit(self.method.integrator, s));
-            for &a in &c.actuators {
-                let servo = c.servo_stiffness > 0.0;
+            for s in &c.servos {
+                let servo = s.stiffness > 0.0;
                 rows.push(vec![
-                    names::actuator(self.model, a),
+                    names::actuator(self.model, s.actuator),
                     names::joint(self.model, c.joint),
-                    if servo { si(c.servo_stiffness, k) } else { NONE.to_owned() },
-                    if c.servo_damping > 0.0 { si(c.servo_damping, damping) } else { NONE.to_owned() },
+                    if servo { si(s.stiffness, k) } else { NONE.to_owned() },
+                    if s.damping > 0.0 { si(s.damping, damping) } else { NONE.to_owned() },
                     if servo { omega.clone() } else { NONE.to_owned() },
                     if servo { zeta.clone() } else { NONE.to_owned() },
                     if servo { si(self.weight(c).abs() / c.stiffness(), place) } else { NONE.to_owned() },
@@ -417,7 +427,7 @@ fn strongest(model: &Model, c: &Coordinate, weight: f64) -> (f64, String) {
     let joint = &model.joints[c.joint];
     let [low, high] = joint.range.unwrap_or_default();
     let mut found = (weight.abs(), "the weight".to_owned());
-    for &i in &c.actuators {
+    for i in c.servos.iter().map(|s| s.actuator) {
         let a = &model.actuators[i];
         let (gear, [ctrl_low, ctrl_high]) = (a.gear[0], a.ctrlrange.unwrap_or([0.0; 2]));
         for (ctrl, end) in [(ctrl_low, low), (ctrl_high, high), (ctrl_low, high), (ctrl_high, low)] {
