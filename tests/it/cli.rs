@@ -210,6 +210,29 @@ fn no_file_overwrites_the_scene_or_another() {
     assert_has(&says(&[file, "--csv", "/dev/stdout", "--steps", "1"], 0), &["time,qpos0"]);
 }
 
+/// Who reads a named pipe has all rows of it at the first opening; of a full device one hears that it is full.
+#[test]
+#[cfg(unix)]
+fn a_pipe_is_opened_once_and_a_full_device_is_full() {
+    let pipe = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rows.pipe");
+    let _ = std::fs::remove_file(&pipe);
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+    let name = pipe.to_str().expect("UTF-8").to_owned();
+    let reader = std::thread::spawn(move || {
+        let rows = std::fs::read_to_string(&pipe).expect("text");
+        // Who opens it again waits for a reader.
+        if rows.is_empty() {
+            let _ = std::fs::read(&pipe);
+        }
+        rows
+    });
+    says(&["models/disk.xml", "--csv", &name, "--steps", "3"], 0);
+    assert_eq!(reader.join().expect("no panic").lines().count(), 1 + 4);
+    if Path::new("/dev/full").exists() {
+        assert_has(&says(&["models/disk.xml", "--csv", "/dev/full"], 1), &["cannot write `/dev/full`: No space left"]);
+    }
+}
+
 #[test]
 fn what_cannot_be_written_is_said_before_the_run_and_names_the_file() {
     let json = Path::new(env!("CARGO_TARGET_TMPDIR")).join("never.json");
