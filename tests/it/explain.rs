@@ -71,6 +71,30 @@ fn a_box_means_four_points_and_a_planar_body_its_own_estimate() {
     assert!((planar.mass - 3.0).abs() < 1e-12 && (planar.estimate - 2.0 / 3.0).abs() < 1e-12);
 }
 
+/// A cylinder that stands, a capsule on its end and a box on an edge touch at the points at which they come to rest.
+#[test]
+fn what_never_turns_touches_as_it_stands() {
+    for (geom, points) in [
+        (r#"type="cylinder" size=".1 .1""#, 3),
+        (r#"type="capsule" size=".1 .1""#, 1),
+        (r#"type="box" size=".1 .1 .1" euler="45 0 0""#, 2),
+    ] {
+        let text = format!(
+            r#"<mujoco><option cone="elliptic"/><worldbody><geom type="plane" size="1 1 1"/><body pos="0 0 .3">
+               <joint type="slide" axis="0 0 1"/><geom {geom} mass="2"/></body></worldbody></mujoco>"#
+        );
+        let model = penny::parse("stands.xml", &text).unwrap_or_else(|e| panic!("{e}")).model;
+        let touch = only_touch(&model);
+        let (mut state, mut data) = (State::new(&model), Data::new(&model));
+        for _ in 0..2000 {
+            step(&model, &method("mujoco", "Euler"), &mut state, &mut data).unwrap_or_else(|e| panic!("{e}"));
+        }
+        let (depth, told) = (-data.contacts[0].dist, touch.rest_depth(&model, 0.002));
+        assert!(touch.points == points && data.contacts.len() == points, "{geom}: {touch:?}");
+        assert!((told / depth - 1.0).abs() < 1e-6, "{geom}: {told} {depth}");
+    }
+}
+
 #[test]
 fn the_measured_timestep_limit_is_the_closed_form() {
     for (solref, zeta) in [("0.1 0.2", 0.2), ("-2500 -20", 0.2), ("-2500 -100", 1.0)] {
