@@ -627,6 +627,18 @@ fn explain_finds_what_makes_a_scene_unstable() {
     assert!(!still.contains("gain energy"), "{still}");
 }
 
+/// What helps is in `solref` only where the law reads it, and is said in its words.
+#[test]
+fn explain_tells_of_solref_where_it_helps() {
+    let stiff = |model: &str, cure: &str| {
+        let text = says(&["explain", model], 0);
+        let line = text.lines().find(|line| line.contains("the stiffness of ")).expect("a contact limits it");
+        assert!(line.contains("stable up to a timestep of") && line.ends_with(cure), "{line}");
+    };
+    stiff("models/goal_2d.xml", "times this one (1 ms)");
+    stiff("models/cradle.xml", "; a smaller stiffness in solref makes it softer");
+}
+
 #[test]
 fn explain_has_no_numbers_that_are_none() {
     // Pressed by a spring, without a weight.

@@ -161,15 +161,16 @@ fn line(
     let depth = if load > 0.0 { explain::depth_under(model, method, touch, load) } else { None };
     let limit = if budget.left() { probe::largest_timestep(model, method, touch) } else { None };
     let h = method.timestep;
+    let (solref, softer) = (model.mixes[touch.mix].solref, softer(model, method, touch));
     if let Some(limit) = limit.filter(|limit| *limit < probe::LARGEST) {
         limits.add(
             limit / h,
             format!(
-                "the stiffness of {name}: stable up to a timestep of {}, {} times this one ({}); a larger timeconst in \
-                 solref makes it softer",
+                "the stiffness of {name}: stable up to a timestep of {}, {} times this one ({}){}",
                 si(limit, "s"),
                 short(limit / h),
-                si(h, "s")
+                si(h, "s"),
+                softer.map_or_else(String::new, |what| format!("; {what} in solref makes it softer"))
             ),
         );
     }
@@ -179,15 +180,14 @@ fn line(
     let lighter = masses.into_iter().filter(|m| *m > 0.0).fold(touch.mass, f64::min);
     let ratio = load / (lighter * explain::weight(model));
     if let Some(depth) = depth.filter(|depth| *depth > DEEP * size) {
-        let mix = &model.mixes[touch.mix];
         // Without gravity the load is no weight.
         let why = if ratio > RATIO && ratio.is_finite() {
             format!(" (mass ratio {} : 1; stiffness follows the lighter one)", short(ratio))
         } else {
             String::new()
         };
-        let cure = if mix.solref[0] > 0.0 {
-            format!("; --solref \"{} {}\" makes it a tenth", short(mix.solref[0] / 10f64.sqrt()), short(mix.solref[1]))
+        let cure = if solref[0] > 0.0 && softer.is_some() {
+            format!("; --solref \"{} {}\" makes it a tenth", short(solref[0] / 10f64.sqrt()), short(solref[1]))
         } else {
             String::new()
         };
@@ -210,6 +210,20 @@ fn line(
         stable(limit),
     ];
     [cells, origin(model, touch).map(|origin| format!("{name}: {origin}")).into_iter().collect()]
+}
+
+/// What in `solref` makes a contact softer; `None` where the law does not take its spring from there.
+fn softer(model: &Model, method: &Method, touch: &Touch) -> Option<&'static str> {
+    let timeconst = model.mixes[touch.mix].solref[0] > 0.0;
+    let mut other = model.clone();
+    // Far beyond what REFSAFE makes of it.
+    other.edit(|m| m.mixes[touch.mix].solref[0] *= if timeconst { 100.0 } else { 0.01 }).ok()?;
+    let stiffness = |model: &Model| {
+        let ask = penny::contact::describe::Ask { model, touch, timestep: method.timestep, slope: 0.0 };
+        (method.contact.describe)(&ask).springs.map(|[rest, _]| rest.k)
+    };
+    let what = if timeconst { "a larger timeconst" } else { "a smaller stiffness" };
+    (stiffness(&other) < stiffness(model)).then_some(what)
 }
 
 /// Springs, dampers and limits of tendons, and equalities: a line each.
