@@ -26,8 +26,11 @@ impl Draft {
     pub fn new(path: &Path) -> Result<Draft> {
         let about = fs::metadata(path).ok();
         // By its own name: where a link such as `/dev/stdout` leads may have none.
-        if about.as_ref().is_some_and(|m| !m.is_file()) {
-            OpenOptions::new().write(true).open(path)?;
+        if let Some(about) = about.as_ref().filter(|m| !m.is_file()) {
+            // A pipe is opened once: who reads it takes a second time for the end.
+            if !is_pipe(about) {
+                OpenOptions::new().write(true).open(path)?;
+            }
             return Ok(Draft { target: path.to_owned(), aside: None, file: None });
         }
         let target = real(path);
@@ -89,6 +92,16 @@ impl Drop for Draft {
             let _ = fs::remove_file(aside);
         }
     }
+}
+
+#[cfg(unix)]
+fn is_pipe(about: &fs::Metadata) -> bool {
+    std::os::unix::fs::FileTypeExt::is_fifo(&about.file_type())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &fs::Metadata) -> bool {
+    false
 }
 
 /// Replaces a file in one go: an interruption leaves the old one or the new one.

@@ -210,6 +210,29 @@ fn no_file_overwrites_the_scene_or_another() {
     assert_has(&says(&[file, "--csv", "/dev/stdout", "--steps", "1"], 0), &["time,qpos0"]);
 }
 
+/// Who reads a named pipe has all rows of it at the first opening; of a full device one hears that it is full.
+#[test]
+#[cfg(unix)]
+fn a_pipe_is_opened_once_and_a_full_device_is_full() {
+    let pipe = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rows.pipe");
+    let _ = std::fs::remove_file(&pipe);
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+    let name = pipe.to_str().expect("UTF-8").to_owned();
+    let reader = std::thread::spawn(move || {
+        let rows = std::fs::read_to_string(&pipe).expect("text");
+        // Who opens it again waits for a reader.
+        if rows.is_empty() {
+            let _ = std::fs::read(&pipe);
+        }
+        rows
+    });
+    says(&["models/disk.xml", "--csv", &name, "--steps", "3"], 0);
+    assert_eq!(reader.join().expect("no panic").lines().count(), 1 + 4);
+    if Path::new("/dev/full").exists() {
+        assert_has(&says(&["models/disk.xml", "--csv", "/dev/full"], 1), &["cannot write `/dev/full`: No space left"]);
+    }
+}
+
 #[test]
 fn what_cannot_be_written_is_said_before_the_run_and_names_the_file() {
     let json = Path::new(env!("CARGO_TARGET_TMPDIR")).join("never.json");
@@ -585,6 +608,35 @@ fn explain_tells_tendons_and_equalities_as_springs() {
     let bar = says(&["explain", "models/four_bar.xml"], 0);
     assert_has(&bar, &["Tendons and equalities", "connect"]);
     assert!(!says(&["explain", "models/arm.xml"], 0).contains("Tendons and equalities"));
+}
+
+/// Where the run warns, `explain` does not say that nothing limits the scene; of a scene without motion it says nothing.
+#[test]
+fn explain_finds_what_makes_a_scene_unstable() {
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("tether.xml");
+    let explained = |text: &str| {
+        std::fs::write(&path, text).unwrap_or_else(|e| panic!("{e}"));
+        says(&["explain", path.to_str().expect("UTF-8")], 0)
+    };
+    let tether = explained(
+        r#"<mujoco><worldbody><body><joint name="x" type="slide" axis="0 0 1"/><geom size=".1" mass="1"/></body></worldbody>
+           <tendon><fixed name="t" stiffness="1.1e6"><joint joint="x" coef="1"/></fixed></tendon></mujoco>"#,
+    );
+    assert_has(&tether, &["What limits this scene most\n  spring of tendon t: stable up to a timestep of 1.91 ms"]);
+    let still = explained(r#"<mujoco><worldbody><geom size=".1"/></worldbody></mujoco>"#);
+    assert!(!still.contains("gain energy"), "{still}");
+}
+
+/// What helps is in `solref` only where the law reads it, and is said in its words.
+#[test]
+fn explain_tells_of_solref_where_it_helps() {
+    let stiff = |model: &str, cure: &str| {
+        let text = says(&["explain", model], 0);
+        let line = text.lines().find(|line| line.contains("the stiffness of ")).expect("a contact limits it");
+        assert!(line.contains("stable up to a timestep of") && line.ends_with(cure), "{line}");
+    };
+    stiff("models/goal_2d.xml", "times this one (1 ms)");
+    stiff("models/cradle.xml", "; a smaller stiffness in solref makes it softer");
 }
 
 #[test]

@@ -6,7 +6,8 @@ use penny::forward::{Method, step};
 use penny::integrate;
 use penny::model::Model;
 use penny::state::State;
-use penny_lab::explain::{self, Touch, probe, trial_run};
+use penny_lab::explain::{self, Touch, joints, probe, trial_run};
+use penny_lab::sweep::theory;
 
 /// A ball of 2 kg over a plane, with this solref and custom section.
 fn ball(solref: &str, custom: &str) -> Model {
@@ -68,6 +69,30 @@ fn a_box_means_four_points_and_a_planar_body_its_own_estimate() {
     let planar = scene(&format!("{slides}<joint axis='0 1 0'/>"));
     // MuJoCo's mean over three directions knows that one of them is fixed: 2/(3m) instead of 1/m.
     assert!((planar.mass - 3.0).abs() < 1e-12 && (planar.estimate - 2.0 / 3.0).abs() < 1e-12);
+}
+
+/// A cylinder that stands, a capsule on its end and a box on an edge touch at the points at which they come to rest.
+#[test]
+fn what_never_turns_touches_as_it_stands() {
+    for (geom, points) in [
+        (r#"type="cylinder" size=".1 .1""#, 3),
+        (r#"type="capsule" size=".1 .1""#, 1),
+        (r#"type="box" size=".1 .1 .1" euler="45 0 0""#, 2),
+    ] {
+        let text = format!(
+            r#"<mujoco><option cone="elliptic"/><worldbody><geom type="plane" size="1 1 1"/><body pos="0 0 .3">
+               <joint type="slide" axis="0 0 1"/><geom {geom} mass="2"/></body></worldbody></mujoco>"#
+        );
+        let model = penny::parse("stands.xml", &text).unwrap_or_else(|e| panic!("{e}")).model;
+        let touch = only_touch(&model);
+        let (mut state, mut data) = (State::new(&model), Data::new(&model));
+        for _ in 0..2000 {
+            step(&model, &method("mujoco", "Euler"), &mut state, &mut data).unwrap_or_else(|e| panic!("{e}"));
+        }
+        let (depth, told) = (-data.contacts[0].dist, touch.rest_depth(&model, 0.002));
+        assert!(touch.points == points && data.contacts.len() == points, "{geom}: {touch:?}");
+        assert!((told / depth - 1.0).abs() < 1e-6, "{geom}: {told} {depth}");
+    }
 }
 
 #[test]
@@ -188,4 +213,65 @@ fn a_trial_run_finds_what_one_contact_alone_does_not_show() {
         assert!(safe > 1e-4 && safe < h, "{name}: {safe}");
         assert_eq!(largest(0.001), None, "{name}: is fine at its own timestep");
     }
+}
+
+/// A small push at rest dies below the limit that theory gives, and grows above it.
+#[test]
+fn springs_of_tendons_and_limits_of_joints_and_tendons_are_stable_up_to_their_limits() {
+    let soft = r#"solimplimit=".95 .95 .001" solreflimit="-2e4 -60""#;
+    let scenes = [
+        ("spring of tendon t", "", r#"stiffness="2e4" damping="60""#.to_owned(), 2.0 * 9.81 / 2e4),
+        ("limit of tendon t", "", format!(r#"range="0 9" {soft}"#), 0.05 * 9.81 / 2e4),
+        ("the limit of joint x", &*format!(r#"range="0 9" {soft}"#), String::new(), 0.05 * 9.81 / 2e4),
+    ];
+    for (name, joint, tendon, rest) in scenes {
+        let text = format!(
+            r#"<mujoco><worldbody><body><joint name="x" type="slide" axis="0 0 1" {joint}/><geom size=".1" mass="2"/></body>
+               </worldbody><tendon><fixed name="t" {tendon}><joint joint="x" coef="1"/></fixed></tendon></mujoco>"#
+        );
+        let model = penny::parse("spring.xml", &text).unwrap_or_else(|e| panic!("{e}")).model;
+        for integrator in ["semi-implicit-euler", "implicitfast", "rk4"] {
+            let method = method("mujoco", integrator);
+            let limits = theory::limits(&model, method.integrator);
+            let [(found, limit)] = &limits[..] else { panic!("{limits:?}") };
+            assert_eq!(found, name);
+            let grows = |timestep: f64| {
+                let (mut state, mut data) = (State::new(&model), Data::new(&model));
+                let method = Method { timestep, ..method };
+                (state.qpos[0], state.qvel[0]) = (-rest, 1e-7);
+                let mut speeds = Vec::new();
+                for _ in 0..3000 {
+                    if step(&model, &method, &mut state, &mut data).is_err() {
+                        return true;
+                    }
+                    speeds.push(state.qvel[0].abs());
+                }
+                speeds[2900..].iter().any(|v| *v > 1e-7)
+            };
+            assert!(!grows(0.98 * limit) && grows(1.02 * limit), "{name}, {integrator}: {limit}");
+        }
+    }
+}
+
+/// What `gravcomp` carries is no weight for a servo, an actuator has its own gains only, and what is disabled does nothing.
+#[test]
+fn servos_have_their_own_gains_and_hold_what_gravcomp_leaves() {
+    let model = |flags: &str| {
+        let text = format!(
+            r#"<mujoco><option><flag {flags}/></option><worldbody><body gravcomp="0.75">
+               <joint name="x" type="slide" axis="0 0 1" range="-1 1"/><geom size=".1" mass="4"/></body></worldbody>
+               <actuator><motor name="m" joint="x"/><position name="p" joint="x" kp="100" gear="2"/>
+               <velocity name="v" joint="x" kv="3"/></actuator></mujoco>"#
+        );
+        penny::parse("servos.xml", &text).unwrap_or_else(|e| panic!("{e}")).model
+    };
+    let driven = model("");
+    let weights = joints::weights(&driven, &method("penalty", "Euler"), &State::new(&driven));
+    assert!((weights[0] + 9.81).abs() < 1e-12, "{weights:?}");
+    let x = joints::coordinate(&driven, 0).expect("a slide");
+    let gains: Vec<_> = x.servos.iter().map(|s| [s.stiffness, s.damping]).collect();
+    assert_eq!((gains, x.name(&driven)), (vec![[0.0; 2], [400.0, 0.0], [0.0, 3.0]], "p of joint x".to_owned()));
+    let free = model(r#"actuation="disable" limit="disable""#);
+    assert!(joints::coordinate(&free, 0).is_some_and(|x| x.servos.is_empty() && x.stiffness() == 0.0));
+    assert!(joints::limit_spring(&free, 0, 0.002).is_none());
 }

@@ -415,6 +415,21 @@ fn a_recorded_run_is_rendered_from_the_command_line() {
     std::fs::remove_dir_all(&folder).expect("removable");
 }
 
+/// Beside the panel there may be no room for plots, or for a picture.
+#[test]
+#[cfg(feature = "play")]
+fn the_window_may_be_of_any_size() {
+    use penny_window::{App, headless::Headless};
+    for size in [[16, 16], [300, 100], [321, 243], [402, 190], [500, 8]] {
+        let mut app = App::new(Stage::new(written(BALL), 0, None, false));
+        let mut window = Headless::new(size[0], size[1]);
+        for _ in 0..3 {
+            let image = window.frame(&mut app, 1.0 / 60.0, Vec::new());
+            assert_eq!([image.width, image.height], size);
+        }
+    }
+}
+
 /// A key pressed in a frame pushes in the steps of that frame, and its arrow is in that frame's picture.
 #[test]
 #[cfg(feature = "play")]

@@ -63,6 +63,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
     let groups = group(&touches);
     let loads = loads::settle(&model, &method, &start, &budget());
     let mut limits = Limits::default();
+    limits.add_springs(&model, &method);
     print!("{}", overview::joints(&model, &method, &start, args.all, &mut limits));
     print!("{}", overview::ties(&model, &method, &start, args.all));
     let tried = budget();
@@ -94,7 +95,7 @@ pub fn explain(args: &Args) -> Result<(), Failure> {
         print!("{}", mappings(&model, &method, group));
     }
     let trial = budget();
-    let text = trial_run(&model, &method, &trial);
+    let text = trial_run(&model, &method, &start, &trial, &mut limits);
     // "Gains no energy" would contradict what theory says of a scene that starts in equilibrium.
     let contradicts = limits.broken() && text.contains("gain no energy");
     if !text.is_empty() && !contradicts {
@@ -280,12 +281,10 @@ pub fn largest_timestep(model: &Model, method: &Method, touches: &[Touch], budge
     limits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// An integrator under which all springs and servos of joints are stable at this timestep, by theory.
+/// An integrator under which all springs and limits of joints and tendons are stable at this timestep, by theory.
 fn stable_by_theory(model: &Model, method: &Method) -> Option<&'static str> {
-    let springs = theory::joint_springs(model);
     let stable = |i: &&&Integrator| {
-        i.name != method.integrator.name
-            && springs.iter().all(|s| theory::limit(i, s).is_some_and(|limit| limit > method.timestep))
+        i.name != method.integrator.name && theory::limits(model, i).iter().all(|(_, limit)| *limit > method.timestep)
     };
     [&integrate::implicitfast::METHOD, &integrate::implicit_euler::METHOD].iter().find(|i| stable(i)).map(|i| i.name)
 }
@@ -526,11 +525,15 @@ pub fn in_a_row(model: &Model, start: &State) -> String {
 }
 
 /// What the start of the scene, tried out, says about the timestep.
-fn trial_run(model: &Model, method: &Method, budget: &Budget) -> String {
+fn trial_run(model: &Model, method: &Method, start: &State, budget: &Budget, limits: &mut Limits) -> String {
     let (law, integrator, h) = (method.contact.name, method.integrator.name, si(method.timestep, "s"));
-    let start = State::new(model);
     let tried = format!("Its first seconds, tried with {law}, {integrator} and a step of {h}");
-    match trial_run::largest_timestep(model, method, &start, budget) {
+    let found = trial_run::largest_timestep(model, method, start, budget);
+    // A spring beyond its limit says why.
+    if let Some(limit) = found.filter(|_| !limits.broken()) {
+        limits.add_start(method, limit);
+    }
+    match found {
         None if budget.used_up() => String::new(),
         None => format!("{tried}, gain no energy.\n"),
         Some(0.0) => format!("{tried}, gain energy; with each smaller step tried, too.\n"),

@@ -15,7 +15,13 @@ const COLORS: [egui::Color32; 3] = [
 /// Time that a plot shows, s.
 const SPAN: f64 = 6.0;
 
+/// Width below which nothing is plotted, points.
+const NARROW: f32 = 100.0;
+
 pub fn show(app: &mut App, ui: &mut egui::Ui) {
+    if ui.available_width() < NARROW {
+        return;
+    }
     ui.columns(2, |columns| {
         for (slot, ui) in columns.iter_mut().enumerate() {
             choose(app, ui, slot);

@@ -33,6 +33,40 @@ impl Limits {
         self.found.push((margin, text));
     }
 
+    /// Adds the largest stable timesteps of springs and limits of joints and tendons, by theory.
+    pub fn add_springs(&mut self, model: &Model, method: &Method) {
+        let (h, integrator) = (method.timestep, method.integrator);
+        let other =
+            super::stable_by_theory(model, method).map_or_else(String::new, |name| format!(" or --integrator {name}"));
+        for (name, limit) in theory::limits(model, integrator).into_iter().filter(|(_, limit)| limit.is_finite()) {
+            let cure = if limit < h { format!(": --timestep {:.0e}{other}", 0.5 * limit) } else { String::new() };
+            self.add(
+                limit / h,
+                format!(
+                    "{name}: stable up to a timestep of {} with {}, {} times this one ({}){cure}",
+                    si(limit, "s"),
+                    integrator.name,
+                    short(limit / h),
+                    si(h, "s")
+                ),
+            );
+        }
+    }
+
+    /// Adds a start that gains energy beyond a timestep of `limit` (s), as trial runs found.
+    pub fn add_start(&mut self, method: &Method, limit: f64) {
+        let (h, integrator) = (method.timestep, method.integrator.name);
+        let smaller = if limit > 0.0 {
+            format!("; with {} it does not", si(limit, "s"))
+        } else {
+            " and with each smaller one tried".to_owned()
+        };
+        self.add(
+            limit / h,
+            format!("its start: it gains energy with {integrator} at this timestep ({}){smaller}", si(h, "s")),
+        );
+    }
+
     /// The one that limits most; that there is none, if there is none and all was tried.
     pub fn text(&self, all_tried: bool) -> String {
         let Some((margin, text)) = self.found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
@@ -127,15 +161,16 @@ fn line(
     let depth = if load > 0.0 { explain::depth_under(model, method, touch, load) } else { None };
     let limit = if budget.left() { probe::largest_timestep(model, method, touch) } else { None };
     let h = method.timestep;
+    let (solref, softer) = (model.mixes[touch.mix].solref, softer(model, method, touch));
     if let Some(limit) = limit.filter(|limit| *limit < probe::LARGEST) {
         limits.add(
             limit / h,
             format!(
-                "the stiffness of {name}: stable up to a timestep of {}, {} times this one ({}); a larger timeconst in \
-                 solref makes it softer",
+                "the stiffness of {name}: stable up to a timestep of {}, {} times this one ({}){}",
                 si(limit, "s"),
                 short(limit / h),
-                si(h, "s")
+                si(h, "s"),
+                softer.map_or_else(String::new, |what| format!("; {what} in solref makes it softer"))
             ),
         );
     }
@@ -145,15 +180,14 @@ fn line(
     let lighter = masses.into_iter().filter(|m| *m > 0.0).fold(touch.mass, f64::min);
     let ratio = load / (lighter * explain::weight(model));
     if let Some(depth) = depth.filter(|depth| *depth > DEEP * size) {
-        let mix = &model.mixes[touch.mix];
         // Without gravity the load is no weight.
         let why = if ratio > RATIO && ratio.is_finite() {
             format!(" (mass ratio {} : 1; stiffness follows the lighter one)", short(ratio))
         } else {
             String::new()
         };
-        let cure = if mix.solref[0] > 0.0 {
-            format!("; --solref \"{} {}\" makes it a tenth", short(mix.solref[0] / 10f64.sqrt()), short(mix.solref[1]))
+        let cure = if solref[0] > 0.0 && softer.is_some() {
+            format!("; --solref \"{} {}\" makes it a tenth", short(solref[0] / 10f64.sqrt()), short(solref[1]))
         } else {
             String::new()
         };
@@ -178,6 +212,20 @@ fn line(
     [cells, origin(model, touch).map(|origin| format!("{name}: {origin}")).into_iter().collect()]
 }
 
+/// What in `solref` makes a contact softer; `None` where the law does not take its spring from there.
+fn softer(model: &Model, method: &Method, touch: &Touch) -> Option<&'static str> {
+    let timeconst = model.mixes[touch.mix].solref[0] > 0.0;
+    let mut other = model.clone();
+    // Far beyond what REFSAFE makes of it.
+    other.edit(|m| m.mixes[touch.mix].solref[0] *= if timeconst { 100.0 } else { 0.01 }).ok()?;
+    let stiffness = |model: &Model| {
+        let ask = penny::contact::describe::Ask { model, touch, timestep: method.timestep, slope: 0.0 };
+        (method.contact.describe)(&ask).springs.map(|[rest, _]| rest.k)
+    };
+    let what = if timeconst { "a larger timeconst" } else { "a smaller stiffness" };
+    (stiffness(&other) < stiffness(model)).then_some(what)
+}
+
 /// Springs, dampers and limits of tendons, and equalities: a line each.
 pub fn ties(model: &Model, method: &Method, start: &State, all: bool) -> String {
     let row = |tie: ties::Tie| {
@@ -199,7 +247,6 @@ pub fn joints(model: &Model, method: &Method, start: &State, all: bool, limits: 
     let list: Vec<Coordinate> = (0..model.joints.len()).filter_map(|j| joints::coordinate(model, j)).collect();
     let springs = theory::joint_springs(model);
     let page = JointPage { model, method, weights: &weights, list: &list, springs: &springs, all };
-    page.stability(limits);
     [page.held(), page.limited(limits), page.driven()].concat()
 }
 
@@ -217,29 +264,6 @@ struct JointPage<'a> {
 }
 
 impl JointPage<'_> {
-    /// Adds the largest stable timestep of each spring to the limits of the scene.
-    fn stability(&self, limits: &mut Limits) {
-        let h = self.method.timestep;
-        let integrator = self.method.integrator;
-        for spring in self.springs {
-            let Some(limit) = theory::limit(integrator, spring).filter(|limit| limit.is_finite()) else { continue };
-            let other = super::stable_by_theory(self.model, self.method)
-                .map_or_else(String::new, |name| format!(" or --integrator {name}"));
-            let cure = if limit < h { format!(": --timestep {:.0e}{other}", 0.5 * limit) } else { String::new() };
-            limits.add(
-                limit / h,
-                format!(
-                    "{}: stable up to a timestep of {} with {}, {} times this one ({}){cure}",
-                    spring.name,
-                    si(limit, "s"),
-                    integrator.name,
-                    short(limit / h),
-                    si(h, "s")
-                ),
-            );
-        }
-    }
-
     /// Joints: what holds them where.
     fn held(&self) -> String {
         let row = |c: &Coordinate| {
@@ -330,19 +354,19 @@ impl JointPage<'_> {
     /// Actuators as servos.
     fn driven(&self) -> String {
         let mut rows = Vec::new();
-        for c in self.list.iter().filter(|c| !c.actuators.is_empty()) {
+        for c in self.list.iter().filter(|c| !c.servos.is_empty()) {
             let [_, k, damping, place, _] = self.units(c);
             let [omega, zeta] = frequency(c);
             let name = c.name(self.model);
             let spring = self.springs.iter().find(|s| s.name == name);
             let limit = spring.and_then(|s| theory::limit(self.method.integrator, s));
-            for &a in &c.actuators {
-                let servo = c.servo_stiffness > 0.0;
+            for s in &c.servos {
+                let servo = s.stiffness > 0.0;
                 rows.push(vec![
-                    names::actuator(self.model, a),
+                    names::actuator(self.model, s.actuator),
                     names::joint(self.model, c.joint),
-                    if servo { si(c.servo_stiffness, k) } else { NONE.to_owned() },
-                    if c.servo_damping > 0.0 { si(c.servo_damping, damping) } else { NONE.to_owned() },
+                    if servo { si(s.stiffness, k) } else { NONE.to_owned() },
+                    if s.damping > 0.0 { si(s.damping, damping) } else { NONE.to_owned() },
                     if servo { omega.clone() } else { NONE.to_owned() },
                     if servo { zeta.clone() } else { NONE.to_owned() },
                     if servo { si(self.weight(c).abs() / c.stiffness(), place) } else { NONE.to_owned() },
@@ -417,7 +441,7 @@ fn strongest(model: &Model, c: &Coordinate, weight: f64) -> (f64, String) {
     let joint = &model.joints[c.joint];
     let [low, high] = joint.range.unwrap_or_default();
     let mut found = (weight.abs(), "the weight".to_owned());
-    for &i in &c.actuators {
+    for i in c.servos.iter().map(|s| s.actuator) {
         let a = &model.actuators[i];
         let (gear, [ctrl_low, ctrl_high]) = (a.gear[0], a.ctrlrange.unwrap_or([0.0; 2]));
         for (ctrl, end) in [(ctrl_low, low), (ctrl_high, high), (ctrl_low, high), (ctrl_high, low)] {

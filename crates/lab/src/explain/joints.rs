@@ -21,10 +21,16 @@ pub struct Coordinate {
     pub mass: f64,
     pub joint_stiffness: f64,
     pub joint_damping: f64,
-    pub servo_stiffness: f64,
-    pub servo_damping: f64,
-    /// The actuators of this joint.
-    pub actuators: Vec<usize>,
+    /// The actuators of this joint; none where actuation is disabled.
+    pub servos: Vec<Servo>,
+}
+
+/// What an actuator adds to the stiffness and the damping of its joint, its gear included.
+#[derive(Clone, Debug)]
+pub struct Servo {
+    pub actuator: usize,
+    pub stiffness: f64,
+    pub damping: f64,
 }
 
 /// `None` for ball and free joints.
@@ -34,31 +40,35 @@ pub fn coordinate(model: &Model, joint: usize) -> Option<Coordinate> {
         return None;
     }
     let dof = &model.dofs[j.dofadr];
-    let actuators: Vec<usize> =
-        (0..model.actuators.len()).filter(|&a| model.actuators[a].transmission.joint() == Some(joint)).collect();
-    let on = model.opt.flags.actuation;
-    let sum = |bias: usize| -> f64 {
-        let of = |a: &usize| model.actuators[*a].gear[0].powi(2) * -model.actuators[*a].bias[bias];
-        if on { actuators.iter().map(of).sum() } else { 0.0 }
+    let servo = |(actuator, a): (usize, &Actuator)| {
+        let [stiffness, damping] = [1, 2].map(|bias| a.gear[0].powi(2) * -a.bias[bias]);
+        let drives = a.transmission.joint() == Some(joint) && model.opt.flags.actuation;
+        drives.then_some(Servo { actuator, stiffness, damping })
     };
     Some(Coordinate {
         joint,
         mass: 1.0 / dof.invweight0,
         joint_stiffness: if model.opt.flags.spring { j.stiffness } else { 0.0 },
         joint_damping: if model.opt.flags.damper { dof.damping } else { 0.0 },
-        servo_stiffness: sum(1),
-        servo_damping: sum(2),
-        actuators,
+        servos: model.actuators.iter().enumerate().filter_map(servo).collect(),
     })
 }
 
 impl Coordinate {
     pub fn stiffness(&self) -> f64 {
-        self.joint_stiffness + self.servo_stiffness
+        self.joint_stiffness + self.servo_stiffness()
     }
 
     pub fn damping(&self) -> f64 {
-        self.joint_damping + self.servo_damping
+        self.joint_damping + self.servo_damping()
+    }
+
+    pub fn servo_stiffness(&self) -> f64 {
+        self.servos.iter().map(|s| s.stiffness).sum()
+    }
+
+    pub fn servo_damping(&self) -> f64 {
+        self.servos.iter().map(|s| s.damping).sum()
     }
 
     /// √(k/m), rad/s
@@ -74,21 +84,30 @@ impl Coordinate {
     /// "joint x", or the servo that holds it: "servo of joint x".
     pub fn name(&self, model: &Model) -> String {
         let joint = format!("joint {}", names::joint(model, self.joint));
-        let held = self.servo_stiffness > self.joint_stiffness || self.servo_damping > self.joint_damping;
-        match self.actuators[..] {
-            [first, ..] if held => format!("{} of {joint}", names::actuator(model, first)),
-            _ => joint,
-        }
+        // The one that gives most of what holds it.
+        let most = |gives: fn(&Servo) -> f64| self.servos.iter().rev().max_by(|a, b| gives(a).total_cmp(&gives(b)));
+        let held = if self.servo_stiffness() > self.joint_stiffness {
+            most(|s| s.stiffness)
+        } else if self.servo_damping() > self.joint_damping {
+            most(|s| s.damping)
+        } else {
+            None
+        };
+        held.map_or(joint.clone(), |servo| format!("{} of {joint}", names::actuator(model, servo.actuator)))
     }
 }
 
-/// The force that weight puts on each dof at a state, N or N m (nv): what a servo has to hold.
+/// The force that weight, less what `gravcomp` takes of it, puts on each dof at a state, N or N m (nv): what a servo has
+/// to hold.
 pub fn weights(model: &Model, method: &Method, state: &State) -> Vec<f64> {
     let (mut data, mut resting) = (Data::new(model), state.clone());
     resting.qvel.fill(0.0);
     forward::forward(model, method, &resting, &mut data);
     let mut weights: Vec<f64> = data.qfrc_bias.iter().map(|f| -f).collect();
     let g = dynamics::gravity(model);
+    if !data.plan.gravcomp.is_empty() {
+        weights.iter_mut().zip(&data.qfrc_gravcomp).for_each(|(weight, lift)| *weight += lift);
+    }
     for tree in &model.trees {
         if let Some(free) = &tree.free {
             for (i, dof) in tree.dofs.clone().take(3).enumerate() {
@@ -99,15 +118,29 @@ pub fn weights(model: &Model, method: &Method, state: &State) -> Vec<f64> {
     weights
 }
 
-/// A joint limit as a spring of MuJoCo's kind: the limit's mass is what its row moves.
+/// Whether limits of joints and tendons do anything.
+pub(super) fn limits_act(model: &Model) -> bool {
+    model.opt.flags.constraint && model.opt.flags.limit
+}
+
+/// A joint limit as a spring of MuJoCo's kind: the limit's mass is what its row moves. `None` without one that acts.
 pub fn limit_spring(model: &Model, joint: usize, timestep: f64) -> Option<constants::Spring> {
     let j = &model.joints[joint];
-    j.range?;
+    j.range.filter(|_| limits_act(model))?;
     let mass = 1.0 / model.dofs[j.dofadr].invweight0;
-    let mix = limit_mix(j.solref_limit, j.solimp_limit);
-    let carried = constants::Carried { mass, softness: 1.0 };
-    // Pressed hard.
-    Some(constants::spring(&mix, carried, mix.solimp[2].max(1.0), timestep, model.opt.flags.refsafe))
+    Some(pressed_hard(model, j.solref_limit, j.solimp_limit, mass, timestep))
+}
+
+/// What `solref` and `solimp` mean for a mass at a timestep (s), where the impedance is at its end.
+pub(super) fn pressed_hard(
+    model: &Model,
+    solref: [f64; 2],
+    solimp: [f64; 5],
+    mass: f64,
+    timestep: f64,
+) -> constants::Spring {
+    let (mix, carried) = (limit_mix(solref, solimp), constants::Carried { mass, softness: 1.0 });
+    constants::spring(&mix, carried, mix.solimp[2].max(1.0), timestep, model.opt.flags.refsafe)
 }
 
 /// How far a joint goes beyond its limit under a steady force (N or N m), m or rad.
@@ -118,7 +151,7 @@ pub fn limit_depth(model: &Model, joint: usize, force: f64, timestep: f64) -> f6
     constants::rest_depth(&mix, 1.0, force / mass, timestep, model.opt.flags.refsafe)
 }
 
-pub(super) fn limit_mix(solref: [f64; 2], solimp: [f64; 5]) -> Mix {
+fn limit_mix(solref: [f64; 2], solimp: [f64; 5]) -> Mix {
     Mix { condim: 1, friction: [0.0; 5], solref, solreffriction: solref, solimp, margin: 0.0, gap: 0.0 }
 }
 

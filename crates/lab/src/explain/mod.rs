@@ -135,7 +135,10 @@ fn touch(model: &Model, data: &Data, pair: &Pair) -> Touch {
     let estimate: f64 = bodies.map(|b| model.bodies[b].invweight0[0]).iter().sum();
     let at_points = hits.iter().map(|p| bodies.map(|b| inverse_mass(model, data, b, p, &normal)).iter().sum());
     let stiffest = at_points.fold(inverse, f64::max);
-    let points = points_when_flat(kinds);
+    let turns = |b: usize| model.bodies[b].tree.is_some_and(|t| model.trees[t].rotates);
+    // What never turns comes down as it stands.
+    let stands = !hits.is_empty() && !bodies.iter().any(|&b| turns(b));
+    let points = if stands { lowest(&hits, &normal) } else { points_when_flat(kinds) };
     Touch {
         geom: pair.geom,
         mix: pair.mix,
@@ -145,6 +148,13 @@ fn touch(model: &Model, data: &Data, pair: &Pair) -> Touch {
         lightest: 1.0 / (points as f64 * stiffest),
         rests: bodies.iter().any(|&b| model.bodies[b].tree.is_none()),
     }
+}
+
+/// How many points are as low as the lowest, but for rounding.
+fn lowest(hits: &[Vec3], normal: &Vec3) -> usize {
+    let heights: Vec<f64> = hits.iter().map(|p| p.dot(normal)).collect();
+    let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    heights.iter().filter(|h| **h - least < 1e-9).count()
 }
 
 /// Contact points of two shapes that lie on each other the way they come to rest: a box on its face, a cylinder or a
@@ -178,7 +188,7 @@ fn approach(model: &Model, data: &Data, pair: &Pair) -> (Vec3, Vec<Vec3>) {
     if let Some(touch) = collider(pair.kind[0], pair.kind[1]) {
         touch(&plane, &shape, f64::INFINITY, &mut hits);
     }
-    (a_mat.column(2).into_owned(), hits.as_slice().iter().map(|h| h.pos - h.normal * (0.5 * h.dist)).collect())
+    (a_mat.column(2).into_owned(), hits.as_slice().iter().map(|h| h.pos + h.normal * (0.5 * h.dist)).collect())
 }
 
 /// Inverse mass of a body against a push at a point.

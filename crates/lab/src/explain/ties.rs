@@ -2,9 +2,9 @@
 //!
 //!     m = 1 / (J M⁻¹ Jᵀ)      of tendons at `qpos0`; of equalities the sum of the inverse masses of what they hold
 
-use super::joints::limit_mix;
+use super::joints::{limits_act, pressed_hard};
 use crate::names;
-use penny::contact::constants::{self, Spring};
+use penny::contact::constants::Spring;
 use penny::contact::mujoco;
 use penny::data::{Data, TieKind};
 use penny::forward::{self, Method};
@@ -23,25 +23,8 @@ pub struct Tie {
 
 /// The springs, dampers and limits of tendons, and the equalities that hold in a state; of a weld what holds its positions.
 pub fn ties(model: &Model, method: &Method, state: &State) -> Vec<Tie> {
-    let mut found = Vec::new();
-    let soft = |solref: [f64; 2], solimp: [f64; 5], mass: f64| {
-        let (mix, carried) = (limit_mix(solref, solimp), constants::Carried { mass, softness: 1.0 });
-        // Pressed hard.
-        constants::spring(&mix, carried, mix.solimp[2].max(1.0), method.timestep, model.opt.flags.refsafe)
-    };
-    for (i, tendon) in model.tendons.iter().enumerate().filter(|(_, t)| t.invweight0 > 0.0) {
-        let (mass, flags) = (1.0 / tendon.invweight0, &model.opt.flags);
-        let name = format!("tendon {}", names::tendon(model, i));
-        let k = if flags.spring { tendon.stiffness[0] } else { 0.0 };
-        let c = if flags.damper { tendon.damping[0] } else { 0.0 };
-        if k != 0.0 || c != 0.0 {
-            found.push(Tie { name: format!("spring of {name}"), turns: false, spring: Spring { mass, k, c } });
-        }
-        if tendon.range.is_some() && flags.limit {
-            let spring = soft(tendon.solref_limit, tendon.solimp_limit, mass);
-            found.push(Tie { name: format!("limit of {name}"), turns: false, spring });
-        }
-    }
+    let tendons = (0..model.tendons.len()).flat_map(|i| tendon(model, i, method.timestep));
+    let mut found: Vec<Tie> = tendons.flatten().collect();
     let mut data = Data::new(model);
     forward::forward(model, &Method { contact: &mujoco::LAW, ..*method }, state, &mut data);
     for tie in data.ties.iter().filter(|tie| tie.kind == TieKind::Equality && tie.inverse[0] > 0.0) {
@@ -50,10 +33,30 @@ pub fn ties(model: &Model, method: &Method, state: &State) -> Vec<Tie> {
             EqualityKind::Joint { joints: (joint, _), .. } => model.joints[*joint].kind.name() == "hinge",
             _ => false,
         };
-        let spring = soft(equality.solref, equality.solimp, 1.0 / tie.inverse[0]);
+        let spring = pressed_hard(model, equality.solref, equality.solimp, 1.0 / tie.inverse[0], method.timestep);
         found.push(Tie { name: name(equality, tie.index), turns, spring });
     }
     found
+}
+
+/// The spring and damper of a tendon, and its limit at a timestep (s).
+pub fn tendon(model: &Model, index: usize, timestep: f64) -> [Option<Tie>; 2] {
+    let tendon = &model.tendons[index];
+    if tendon.invweight0 <= 0.0 {
+        return [None, None];
+    }
+    let (mass, flags) = (1.0 / tendon.invweight0, &model.opt.flags);
+    let k = if flags.spring { tendon.stiffness[0] } else { 0.0 };
+    let c = if flags.damper { tendon.damping[0] } else { 0.0 };
+    let tie = |what: &str, spring: Spring| {
+        let name = format!("{what} of tendon {}", names::tendon(model, index));
+        Tie { name, turns: false, spring }
+    };
+    let limit = || pressed_hard(model, tendon.solref_limit, tendon.solimp_limit, mass, timestep);
+    [
+        (k != 0.0 || c != 0.0).then(|| tie("spring", Spring { mass, k, c })),
+        (tendon.range.is_some() && limits_act(model)).then(|| tie("limit", limit())),
+    ]
 }
 
 fn name(equality: &Equality, index: usize) -> String {

@@ -29,7 +29,7 @@ const TRIES: usize = 24;
 /// Out: s.
 pub fn largest_timestep(model: &Model, method: &Method, start: &State, budget: &Budget) -> Option<f64> {
     let gains = |h: f64| gains(model, &Method { timestep: h, ..*method }, start, budget);
-    if !joints::have_potential(model) || !gains(method.timestep) {
+    if model.nv == 0 || !joints::have_potential(model) || !gains(method.timestep) {
         return None;
     }
     // Two in a row: what lies between chance and the limit may pass once.

@@ -32,9 +32,10 @@ const PATIENCE: (usize, Duration) = (1 << 13, Duration::from_millis(500));
 impl Lines {
     /// Into a file that this begins.
     pub fn file(draft: Draft) -> Result<Lines> {
-        let mut file = draft.open()?;
-        let seeks = file.stream_position().is_ok();
-        let to = if seeks { To::File { file, draft: Some(draft) } } else { To::Stream(Box::new(file)) };
+        let file = draft.open()?;
+        // Of a device one cannot take back what it has.
+        let to =
+            if file.metadata()?.is_file() { To::File { file, draft: Some(draft) } } else { To::Stream(Box::new(file)) };
         Ok(Lines { to, waiting: String::new(), end: "", written: Instant::now() })
     }
 

@@ -173,6 +173,36 @@ pub fn limit(integrator: &Integrator, spring: &Spring) -> Option<f64> {
     Some(good)
 }
 
+/// The largest stable timesteps of the springs of joints and tendons and of their limits, pressed hard, by name, s; infinite
+/// where every one is stable.
+pub fn limits(model: &Model, integrator: &Integrator) -> Vec<(String, f64)> {
+    let mut found: Vec<(String, f64)> = Vec::new();
+    let mut add = |at: &dyn Fn(f64) -> Option<Spring>| {
+        let limit = limit_of_soft(integrator, at);
+        found.extend(at(0.0).zip(limit).map(|(spring, limit)| (spring.name, limit)));
+    };
+    for spring in joint_springs(model) {
+        add(&|_| Some(spring.clone()));
+    }
+    for joint in 0..model.joints.len() {
+        add(&|h| joint_limit(model, joint, h));
+    }
+    for tendon in 0..model.tendons.len() {
+        add(&|h| tendon_spring(model, tendon, h));
+        add(&|h| tendon_limit(model, tendon, h));
+    }
+    found
+}
+
+/// [`limit`] of a spring that REFSAFE makes softer with longer steps, from what it is at each: infinite where it is softer
+/// before it would be too stiff.
+fn limit_of_soft(integrator: &Integrator, at: &dyn Fn(f64) -> Option<Spring>) -> Option<f64> {
+    let hard = at(0.0)?;
+    let found = limit(integrator, &hard)?;
+    let holds = found.is_finite() && at(found).is_some_and(|spring| spring == hard);
+    Some(if holds { found } else { f64::INFINITY })
+}
+
 /// The springs of a scene's joints, and of its contacts at rest as far as the law has a formula for them.
 pub fn springs(model: &Model, method: &Method) -> Vec<Spring> {
     let mut found = joint_springs(model);
@@ -198,20 +228,39 @@ pub fn joint_springs(model: &Model) -> Vec<Spring> {
     let spring = |j: usize| {
         let coordinate = explain::joints::coordinate(model, j)?;
         let (k, c) = (coordinate.stiffness(), coordinate.damping());
-        let servo = coordinate.servo_damping > coordinate.joint_damping;
-        // A damper alone hardly limits a step where it is implicit; where it is explicit, h < 2 m/c, as with a soft spring.
-        let alone = 1e-3 * c / coordinate.mass;
-        let omega = if k > 0.0 { (k / coordinate.mass).sqrt() } else { alone };
-        (omega > 0.0 && (k > 0.0 || servo)).then(|| Spring {
-            omega,
-            zeta: c / (2.0 * coordinate.mass * omega),
-            joint: !servo,
-            servo,
-            approach_only: false,
-            name: coordinate.name(model),
-        })
+        let servo = coordinate.servo_damping() > coordinate.joint_damping;
+        let spring = damped(coordinate.mass, k, c, coordinate.name(model))?;
+        (k > 0.0 || servo).then_some(Spring { joint: !servo, servo, ..spring })
     };
     (0..model.joints.len()).filter_map(spring).collect()
+}
+
+/// Integrators take the dampers of tendons as they take actuators'.
+fn tendon_spring(model: &Model, index: usize, timestep: f64) -> Option<Spring> {
+    let [spring, _] = explain::ties::tendon(model, index, timestep);
+    Some(Spring { servo: true, ..of_tie(spring?)? })
+}
+
+fn tendon_limit(model: &Model, index: usize, timestep: f64) -> Option<Spring> {
+    let [_, limit] = explain::ties::tendon(model, index, timestep);
+    of_tie(limit?)
+}
+
+fn of_tie(tie: explain::ties::Tie) -> Option<Spring> {
+    damped(tie.spring.mass, tie.spring.k, tie.spring.c, tie.name)
+}
+
+fn joint_limit(model: &Model, joint: usize, timestep: f64) -> Option<Spring> {
+    let spring = explain::joints::limit_spring(model, joint, timestep)?;
+    damped(spring.mass, spring.k, spring.c, format!("the limit of joint {}", names::joint(model, joint)))
+}
+
+/// A spring with an explicit damper; a damper alone as one with a spring so soft that it limits no step: where the damper
+/// is explicit, h < 2 m/c (h ω = 3e-4); where it is implicit, what limits is beyond all that [`limit`] tries.
+fn damped(mass: f64, k: f64, c: f64, name: String) -> Option<Spring> {
+    let omega = if k > 0.0 { (k / mass).sqrt() } else { 1.5e-4 * c / mass };
+    let zeta = c / (2.0 * mass * omega);
+    (omega > 0.0).then_some(Spring { omega, zeta, joint: false, servo: false, approach_only: false, name })
 }
 
 #[cfg(test)]
