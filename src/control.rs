@@ -183,6 +183,11 @@ impl<'m> Controlled<'m> {
         &self.before
     }
 
+    /// Whether a constraint acted in the last step, at its ends or between them.
+    pub fn touched(&self) -> bool {
+        self.touched
+    }
+
     /// Law and integrator of its steps.
     pub fn method(&self) -> &Method {
         &self.method
@@ -287,8 +292,7 @@ impl<'m> Controlled<'m> {
             let outcome = step(model, &Method { timestep, ..*method }, state, data);
             *evaluations += data.counts.forwards;
             apart.copy_from_slice(estimate(data));
-            let free = data.contacts.is_empty() && data.joint_rows.is_empty() && data.ties.is_empty();
-            outcome.map(|()| !free || !model.equalities.is_empty())
+            outcome.map(|()| data.counts.constrained())
         };
         let evaluations = &mut self.effort.evaluations;
         let touches = take(timestep, state, evaluations)?;

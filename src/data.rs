@@ -353,6 +353,13 @@ pub struct Counts {
     pub unconverged: usize,
 }
 
+impl Counts {
+    /// Whether anything touched, or a limit, dry friction or equality acted, in any evaluation of the forces.
+    pub fn constrained(&self) -> bool {
+        self.contacts + self.rows > 0
+    }
+}
+
 /// Scratch of the integrators.
 #[derive(Clone, Debug, Default)]
 pub struct Stages {

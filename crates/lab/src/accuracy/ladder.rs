@@ -18,7 +18,6 @@ use penny::control::{Controlled, Effort, extent, safe};
 use penny::data::Data;
 use penny::forward::{Method, ROUNDS, forward, step};
 use penny::integrate::Integrator;
-use penny::model::Model;
 use penny::state::State;
 
 /// One run of a ladder.
@@ -102,9 +101,9 @@ pub struct Promise {
     pub knob: f64,
 }
 
-/// How wrong the estimate may be where the motion is smooth. Where something touches the mean of two is believed as it is, and
-/// controlled steps err their tolerance at least.
-const MARGIN: f64 = 1.05;
+/// How wrong the estimate may be where the motion is smooth, and of controlled steps where something touches. That of fixed steps there
+/// is believed as it is.
+const MARGIN: [f64; 2] = [1.05, 2.0];
 /// A finer knob is this much finer at least and at most: of timesteps where something touches and where nothing does, and of
 /// tolerances.
 const FINER: [[f64; 2]; 3] = [[2.0, 4.0], [1.5, 8.0], [4.0, 100.0]];
@@ -213,7 +212,11 @@ impl<'c> Ladder<'c> {
 
     /// How wrong the estimate of a run may be.
     fn margin(&self, rung: usize) -> f64 {
-        if self.smooth(rung) { MARGIN } else { 1.0 }
+        match (self.smooth(rung), self.controlled) {
+            (true, _) => MARGIN[0],
+            (false, true) => MARGIN[1],
+            (false, false) => 1.0,
+        }
     }
 
     /// The order that is believed of the last three runs up to one: of tolerances, and where contacts begin and end, no more
@@ -335,7 +338,8 @@ impl<'c> Ladder<'c> {
             _ => self.order(k).unwrap_or(if self.controlled { 1.0 } else { theory }),
         };
         // A little more than is needed, lest that be found a little too little.
-        let wanted = (self.margin(k).powi(2) * error / tolerance).powf(1.0 / order).max(least);
+        let margin = if self.controlled { self.margin(k) } else { self.margin(k).powi(2) };
+        let wanted = (margin * error / tolerance).powf(1.0 / order).max(least);
         // Too far to arrive: but a finer run tells until when there is agreement.
         let cost = self.finer(wanted).map_or(f64::INFINITY, |promise| promise.cost);
         Some(Promise { cost, ..self.finer(wanted.min(most))? })
@@ -438,9 +442,9 @@ impl Trace {
         self.between.as_ref().map_or(0, |between| between.evaluations)
     }
 
-    /// In: what the step found at its beginning, and its two ends.
-    fn step(&mut self, case: &Case, data: &Data, method: &Method, [before, after]: [&State; 2]) {
-        self.smooth &= free(&case.model, data);
+    /// In: whether a constraint acted in the step, and its two ends.
+    fn step(&mut self, touched: bool, method: &Method, [before, after]: [&State; 2]) {
+        self.smooth &= !touched;
         let asked = !self.blind && (self.smooth || !self.short);
         if let Some(between) = self.between.as_mut().filter(|_| asked) {
             self.blind = between.missed(method, before, after, !self.smooth);
@@ -481,7 +485,7 @@ fn fixed(case: &Case, method: &Method, [each, stride]: [usize; 2], most: usize) 
             }
             steps += 1;
             evaluations += data.counts.forwards;
-            trace.step(case, &data, method, [&before, &state]);
+            trace.step(data.counts.constrained(), method, [&before, &state]);
             if trace.between.is_some() {
                 before.copy_from(&state);
             }
@@ -522,7 +526,7 @@ impl<'c> Paused<'c> {
                     return true;
                 }
                 let Paused { run, trace, .. } = self;
-                trace.step(case, run.data(), run.method(), [run.before(), run.state()]);
+                trace.step(run.touched(), run.method(), [run.before(), run.state()]);
             }
             let Ok(state) = self.run.at(time, usize::MAX) else { return true };
             self.trace.samples.push(poses(&case.model, &state.qpos, &mut scratch));
@@ -538,14 +542,9 @@ impl<'c> Paused<'c> {
     }
 }
 
-/// Whether no constraint acts.
-fn free(model: &Model, data: &Data) -> bool {
-    data.contacts.is_empty() && data.joint_rows.is_empty() && data.ties.is_empty() && model.equalities.is_empty()
-}
-
-/// The same where a run ends: what began in the last step shows there.
+/// Whether no constraint acts where a run ends: what began in the last step shows there.
 fn ends_free(case: &Case, method: &Method, end: &State) -> bool {
     let mut data = Data::new(&case.model);
     forward(&case.model, method, end, &mut data);
-    free(&case.model, &data)
+    !data.counts.constrained()
 }
