@@ -292,11 +292,13 @@ impl<'m> Controlled<'m> {
             let outcome = step(model, &Method { timestep, ..*method }, state, data);
             *evaluations += data.counts.forwards;
             apart.copy_from_slice(estimate(data));
-            outcome.map(|()| data.counts.constrained())
+            let free = data.contacts.is_empty() && data.joint_rows.is_empty() && data.ties.is_empty();
+            outcome.map(|()| [data.counts.constrained(), !free])
         };
         let evaluations = &mut self.effort.evaluations;
-        let touches = take(timestep, state, evaluations)?;
-        if !(touches && (method.contact.by_timestep || timestep > *safe)) {
+        // What begins or ends inside the step the estimate sees, what lasts it may not.
+        let [touches, lasts] = take(timestep, state, evaluations)?;
+        if !(lasts && (method.contact.by_timestep || timestep > *safe)) {
             return Ok(touches);
         }
         std::mem::swap(whole, state);

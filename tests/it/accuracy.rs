@@ -131,6 +131,22 @@ fn long_steps_do_not_soften_contacts() {
     assert!((end.qpos[2] - 0.1999).abs() < 1e-3, "{} m high", end.qpos[2]);
 }
 
+/// A slide beyond its limit from 0.20 s to 0.24 s, in a step that could go from 0.16 s to 0.47 s: only evaluations inside it see that.
+#[test]
+fn controlled_steps_see_what_touches_between_their_ends() {
+    let text = r#"<mujoco><worldbody><body><joint type="slide" axis="0 0 1" range="-9 0.3"/>
+        <geom size="0.05" mass="1" contype="0" conaffinity="0"/></body></worldbody></mujoco>"#;
+    let mut sim = Sim::with(Sim::new(text).model, "mujoco", "rk4");
+    sim.state.qvel[0] = 2.5;
+    let controlled = method("mujoco", "cash-karp", 2e-3);
+    let mut run = Controlled::new(&sim.model, &controlled, &sim.state, 1e-3, 1.0).expect("a run");
+    let end = run.at(1.0, 1000).expect("the end");
+    sim.method.timestep = 1e-4;
+    (0..10_000).for_each(|_| sim.step());
+    // Without the limit it ends 0.33 m higher.
+    assert!((end.qpos[0] - sim.state.qpos[0]).abs() < 2e-3, "{} and {}", end.qpos[0], sim.state.qpos[0]);
+}
+
 #[test]
 fn a_choice_runs_again_and_ends_where_its_trial_did() {
     let model = model("models/box.xml");
