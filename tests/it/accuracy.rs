@@ -158,6 +158,7 @@ fn a_choice_runs_again_and_ends_where_its_trial_did() {
         assert_eq!(states.iter().map(|s| s.time).collect::<Vec<_>>()[..2], [0.1, 0.25]);
         let ends = states[2].qpos.iter().zip(&choice.end.qpos);
         assert!(ends.clone().all(|(a, b)| (a - b).abs() < 1e-12), "{:?}", ends.collect::<Vec<_>>());
+        assert!(choice.states(&case, &[f64::INFINITY]).is_err(), "there is no state at the end of time");
     }
 }
 

@@ -61,7 +61,7 @@ impl Choice {
 const NOTHING: f64 = 1e-6;
 
 impl Run<'_> {
-    /// The state at a time, not before the one asked for last, s.
+    /// The state at a finite time, not before the one asked for last, s.
     ///
     /// Errors: see [`Choice::states`].
     pub fn at(&mut self, time: f64) -> Result<State, Failed> {
@@ -71,7 +71,7 @@ impl Run<'_> {
             Way::Fixed(ends) => &mut **ends,
         };
         let tiny = NOTHING * method.timestep;
-        if time.is_nan() || time < before.time - tiny {
+        if !time.is_finite() || time < before.time - tiny {
             return Err(Failed::Outside(time, [before.time, f64::INFINITY]));
         }
         while state.time < time - tiny {
