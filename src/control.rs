@@ -296,7 +296,8 @@ impl<'m> Controlled<'m> {
             outcome.map(|()| [data.counts.constrained(), !free])
         };
         let evaluations = &mut self.effort.evaluations;
-        // What begins or ends inside the step the estimate sees, what lasts it may not.
+        // What begins or ends inside the step the estimate sees; what lasts to its last evaluation it may not. With halves for both a
+        // ball that bounces to rest under `penalty` (20 s, 0.1 mm) costs five times as much: 2.5 million evaluations.
         let [touches, lasts] = take(timestep, state, evaluations)?;
         if !(lasts && (method.contact.by_timestep || timestep > *safe)) {
             return Ok(touches);

@@ -101,6 +101,8 @@ pub struct Promise {
     pub knob: f64,
 }
 
+// What each of these is worth, in searches with other values: docs/accuracy.md, "The search's constants".
+
 /// How wrong the estimate may be where the motion is smooth, and of controlled steps where something touches. That of fixed steps there
 /// is believed as it is.
 const MARGIN: [f64; 2] = [1.05, 2.0];
@@ -301,8 +303,7 @@ impl<'c> Ladder<'c> {
         let [.., last] = &self.rungs[..] else { return None };
         let ratio = match &self.rungs[..] {
             _ if self.controlled || last.stride > 1 => return self.finer(self.apart()),
-            [.., last] if !last.whole() => ONSET,
-            [.., before, _] if !before.whole() => ONSET,
+            rungs if rungs.iter().rev().take(2).any(|rung| !rung.whole()) => ONSET,
             _ => DOUBLE,
         };
         let each = last.planned / SAMPLES as f64;

@@ -95,6 +95,8 @@ impl fmt::Display for Refusal {
     }
 }
 
+// What each of these is worth: docs/accuracy.md, "The search's constants".
+
 /// Runs of this many evaluations at most are cheap: fixed steps that diverge are made shorter up to there, and those of the
 /// highest order are not tried where controlled ones promise as much.
 const CHEAP: f64 = 8.0 * SAMPLES as f64;
